@@ -1,0 +1,88 @@
+#include "apps/cli/case_flags.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+
+namespace lamina::cli {
+namespace {
+
+std::string described(const CaseOption& o) {
+  const std::string notes = o.notes();
+  return notes.empty() ? o.help : fmt::format("{} ({})", o.help, notes);
+}
+
+std::string value_name(const CaseOption& o) {
+  switch (o.type) {
+    case OptionType::kInteger:
+      return "N";
+    case OptionType::kReal:
+      return "X";
+    case OptionType::kChoice:
+      return "NAME";
+    case OptionType::kReals:
+      return o.count == 6 ? "X0 Y0 Z0 X1 Y1 Z1" : "U0 V0 U1 V1";
+    case OptionType::kText:
+      return o.table == "output" && o.key != "picture_plane" ? "FILE" : "TEXT";
+    case OptionType::kTexts:
+      return "FILE";
+  }
+  return {};
+}
+
+}  // namespace
+
+CaseFlags::CaseFlags(CLI::App& app, const std::vector<std::string>& tables) {
+  for (const CaseOption& o : case_options())
+    if (std::find(tables.begin(), tables.end(), o.table) != tables.end()) words_.push_back({.option = &o});
+  // The parser keeps references to `words`: the vector is complete before the first is handed out.
+  for (Words& w : words_) {
+    const CaseOption& o = *w.option;
+    const bool positional = o.flags.front() != '-';
+    w.flag = app.add_option(o.flags, w.words, described(o));
+    w.flag->type_size(o.type == OptionType::kReals ? o.count : 1);
+    w.flag->expected(1);
+    w.flag->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    w.flag->type_name(positional ? "" : value_name(o));
+    if (positional) continue;
+    const auto& names = case_tables();
+    const auto table =
+        std::find_if(names.begin(), names.end(), [&](const auto& entry) { return entry.first == o.table; });
+    w.flag->group(table->second);
+  }
+  app.add_option("--case", case_file_, "case file with any of these options; flags win over it")
+      ->type_name("FILE.toml");
+  auto* quiet = app.add_flag("-q,--quiet", quiet_, "no progress and no warnings on stderr");
+  app.add_flag("-v,--verbose", verbose_, "more progress on stderr")->excludes(quiet);
+}
+
+Case CaseFlags::read() const {
+  Case c;
+  if (!case_file_.empty()) c = read_case(case_file_);
+  std::vector<GivenOption> given;
+  for (const Words& w : words_) {
+    if (w.flag->count() == 0) continue;
+    const std::string name = w.option->name();
+    if (name.front() != '-' && w.words.size() > 1)
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("unexpected argument {}: one {} is enough", w.words[1], name));
+    given.push_back({w.option, parse_option(*w.option, w.words, name), name});
+  }
+  apply_options(c, given);
+  return c;
+}
+
+Verbosity CaseFlags::verbosity() const {
+  if (quiet_) return Verbosity::kQuiet;
+  return verbose_ ? Verbosity::kVerbose : Verbosity::kNormal;
+}
+
+std::vector<std::string> all_tables() {
+  std::vector<std::string> out;
+  for (const auto& [name, help] : case_tables()) out.push_back(name);
+  return out;
+}
+
+}  // namespace lamina::cli

@@ -1,0 +1,40 @@
+// The options of a case as command-line flags, made from the table of options.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/cli/terminal.h"
+#include "apps/pipeline/case.h"
+
+namespace lamina::cli {
+
+/// Adds the options of some tables, --case, --quiet and --verbose to a subcommand. Must live until it has
+/// run.
+class CaseFlags {
+ public:
+  CaseFlags(CLI::App& app, const std::vector<std::string>& tables);
+  CaseFlags(const CaseFlags&) = delete;
+  CaseFlags& operator=(const CaseFlags&) = delete;
+
+  /// The case file, if any, with the flags over it. Errors: kUsage, kFileMissing.
+  [[nodiscard]] Case read() const;
+  [[nodiscard]] Verbosity verbosity() const;
+
+ private:
+  struct Words {
+    const CaseOption* option;
+    CLI::Option* flag = nullptr;
+    std::vector<std::string> words = {};
+  };
+  std::vector<Words> words_;
+  std::string case_file_;
+  bool quiet_ = false, verbose_ = false;
+};
+
+/// All tables of the case file.
+std::vector<std::string> all_tables();
+
+}  // namespace lamina::cli

@@ -1,0 +1,47 @@
+// A page to draw on: cairo surfaces of .png, .svg and .pdf behind one owner.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "apps/pipeline/color_map.h"
+#include "core/file.h"
+
+// As cairo.h declares them; it is included by the sources only.
+typedef struct _cairo cairo_t;
+typedef struct _cairo_surface cairo_surface_t;
+
+namespace lamina {
+
+/// Throws kFileUnsupported unless the extension is .png, .svg or .pdf.
+void check_picture_extension(const std::filesystem::path& path);
+
+class Canvas {
+ public:
+  /// A white page of so many pixels (points in vector files). The file appears with finish().
+  /// Errors: kFileUnsupported, kFileWrite.
+  Canvas(const std::filesystem::path& path, int width, int height);
+
+  [[nodiscard]] cairo_t* context() const { return context_.get(); }
+  [[nodiscard]] bool is_vector() const { return vector_; }
+  void set_color(const Rgb& c, double alpha = 1.0) const;
+  /// Writes text with its left end (align 0), middle (0.5) or right end (1) at x and its baseline at y.
+  void text(double x, double y, double size, const std::string& s, double align = 0.0) const;
+  /// Writes and renames. Errors: kFileWrite.
+  void finish();
+
+ private:
+  struct Release {
+    void operator()(cairo_t* c) const;
+    void operator()(cairo_surface_t* s) const;
+  };
+  std::filesystem::path path_;
+  OutputFile out_;
+  bool vector_ = false;
+  std::unique_ptr<std::string> bytes_;  // filled by the surface, which keeps its address
+  std::unique_ptr<cairo_surface_t, Release> surface_;
+  std::unique_ptr<cairo_t, Release> context_;
+};
+
+}  // namespace lamina

@@ -1,0 +1,345 @@
+// The table of options, and what binds its rows to the members of Case.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <type_traits>
+
+#include "apps/pipeline/case.h"
+
+namespace lamina {
+namespace {
+
+using Path = std::filesystem::path;
+using std::optional;
+
+// Members of a Case and the values of options, one pair of functions per type of member.
+OptionValue fetch(double m) { return m; }
+OptionValue fetch(int m) { return std::int64_t{m}; }
+OptionValue fetch(const std::string& m) { return m; }
+OptionValue fetch(const Path& m) { return m.string(); }
+OptionValue fetch(const Plane& m) { return plane_text(m); }
+OptionValue fetch(const std::array<double, 4>& m) { return std::vector<double>(m.begin(), m.end()); }
+OptionValue fetch(const Box<3>& m) {
+  return std::vector<double>{m.lo[0], m.lo[1], m.lo[2], m.hi[0], m.hi[1], m.hi[2]};
+}
+OptionValue fetch(const std::vector<Path>& m) {
+  std::vector<std::string> v;
+  for (const Path& p : m) v.push_back(p.string());
+  return v;
+}
+
+void assign(double& m, const OptionValue& v) { m = std::get<double>(v); }
+void assign(int& m, const OptionValue& v) { m = static_cast<int>(std::get<std::int64_t>(v)); }
+void assign(std::string& m, const OptionValue& v) { m = std::get<std::string>(v); }
+void assign(Path& m, const OptionValue& v) { m = std::get<std::string>(v); }
+void assign(Plane& m, const OptionValue& v) { m = parse_plane(std::get<std::string>(v)); }
+void assign(std::array<double, 4>& m, const OptionValue& v) {
+  const auto& x = std::get<std::vector<double>>(v);
+  m = {x[0], x[1], x[2], x[3]};
+}
+void assign(Box<3>& m, const OptionValue& v) {
+  const auto& x = std::get<std::vector<double>>(v);
+  m.lo = {x[0], x[1], x[2]};
+  m.hi = {x[3], x[4], x[5]};
+}
+void assign(std::vector<Path>& m, const OptionValue& v) {
+  const auto& x = std::get<std::vector<std::string>>(v);
+  m.assign(x.begin(), x.end());
+}
+
+bool unset(const Path& m) { return m.empty(); }
+bool unset(const std::string& m) { return m.empty(); }
+bool unset(const std::vector<Path>& m) { return m.empty(); }
+template <class T>
+bool unset(const T&) {
+  return false;
+}
+
+template <class T>
+struct IsOptional : std::false_type {};
+template <class T>
+struct IsOptional<optional<T>> : std::true_type {};
+
+/// Binds the member that `member` returns a reference to. Enumerators are numbered in the order of the
+/// choices.
+template <class Member>
+CaseOption bind(CaseOption o, Member member) {
+  using T = std::remove_reference_t<decltype(member(std::declval<Case&>()))>;
+  const std::vector<std::string> choices = o.choices;
+  o.set = [member, choices](Case& c, const OptionValue& v) {
+    if constexpr (std::is_enum_v<T>) {
+      const auto at = std::find(choices.begin(), choices.end(), std::get<std::string>(v));
+      member(c) = static_cast<T>(at - choices.begin());
+    } else if constexpr (IsOptional<T>::value) {
+      assign(member(c).emplace(), v);
+    } else {
+      assign(member(c), v);
+    }
+  };
+  if constexpr (IsOptional<T>::value) o.clear = [member](Case& c) { member(c).reset(); };
+  o.get = [member, choices](const Case& c) -> optional<OptionValue> {
+    const T& value = member(const_cast<Case&>(c));  // the accessor is shared with set and changes nothing
+    if constexpr (std::is_enum_v<T>) {
+      return choices[static_cast<std::size_t>(value)];
+    } else if constexpr (IsOptional<T>::value) {
+      if (!value) return std::nullopt;
+      return fetch(*value);
+    } else {
+      if (unset(value)) return std::nullopt;
+      return fetch(value);
+    }
+  };
+  return o;
+}
+
+CaseOption real(std::string table, std::string key, std::string flags, std::string unit, std::string standard,
+                std::string help) {
+  return {.table = std::move(table),
+          .key = std::move(key),
+          .flags = std::move(flags),
+          .unit = std::move(unit),
+          .default_value = std::move(standard),
+          .help = std::move(help)};
+}
+
+/// A real number above zero.
+CaseOption positive(std::string table, std::string key, std::string flags, std::string unit,
+                    std::string standard, std::string help) {
+  CaseOption o = real(std::move(table), std::move(key), std::move(flags), std::move(unit),
+                      std::move(standard), std::move(help));
+  o.lo = 0.0;
+  o.lo_open = true;
+  return o;
+}
+
+CaseOption numbers(CaseOption o, int count) {
+  o.type = OptionType::kReals;
+  o.count = count;
+  return o;
+}
+CaseOption typed(CaseOption o, OptionType type) {
+  o.type = type;
+  return o;
+}
+CaseOption choice(CaseOption o, std::vector<std::string> choices) {
+  o.type = OptionType::kChoice;
+  o.choices = std::move(choices);
+  return o;
+}
+CaseOption within(CaseOption o, double lo, double hi, bool lo_open = false, bool hi_open = false) {
+  o.lo = lo;
+  o.hi = hi;
+  o.lo_open = lo_open;
+  o.hi_open = hi_open;
+  return o;
+}
+CaseOption against(CaseOption o, std::vector<std::string> keys) {
+  o.replaces = std::move(keys);
+  return o;
+}
+
+using Options = std::vector<CaseOption>;
+
+void add_body(Options& o) {
+  o.push_back(bind(
+      typed(real("body", "file", "BODY", "", "", "the body: .stl, .obj, .ply or .vdb"), OptionType::kText),
+      [](Case& c) -> Path& { return c.body; }));
+  o.push_back(bind(choice(real("body", "unit", "--unit", "", "",
+                               "unit of the coordinates in the body's file; they are turned into metres (m "
+                               "leaves them as they are)"),
+                          {"m", "mm", "cm", "in", "ft"}),
+                   [](Case& c) -> LengthUnit& { return c.unit; }));
+  o.push_back(bind(typed(real("body", "grid", "--grid", "", "the only level set, else \"surface\"",
+                              "name of the grid of a .vdb body"),
+                         OptionType::kText),
+                   [](Case& c) -> std::string& { return c.level_set.grid; }));
+  o.push_back(bind(real("body", "iso", "--iso", "", "", "iso value of the wall in a .vdb body of fog class"),
+                   [](Case& c) -> optional<double>& { return c.level_set.iso; }));
+}
+
+void add_flow(Options& o) {
+  CaseOption re = bind(against(within(real("flow", "re", "--re", "", "", "Reynolds number of the length L"),
+                                      10, 1e9, true, true),
+                               {"velocity", "viscosity"}),
+                       [](Case& c) -> double& { return c.flow.reynolds; });
+  // With a velocity the Reynolds number is derived: listing both would be a contradiction when read back.
+  re.get = [](const Case& c) -> optional<OptionValue> {
+    return c.flow.velocity ? std::nullopt : optional<OptionValue>(c.flow.reynolds);
+  };
+  o.push_back(re);
+  o.push_back(bind(positive("flow", "length", "--length", "m", "longest extent of the body",
+                            "characteristic length L of the flow"),
+                   [](Case& c) -> optional<double>& { return c.flow.length; }));
+  o.push_back(bind(
+      positive("flow", "velocity", "--velocity", "m/s", "", "velocity u; with --viscosity instead of --re"),
+      [](Case& c) -> optional<double>& { return c.flow.velocity; }));
+  o.push_back(
+      bind(positive("flow", "viscosity", "--viscosity", "m2/s", "", "kinematic viscosity nu; Re = u L / nu"),
+           [](Case& c) -> optional<double>& { return c.flow.viscosity; }));
+  o.push_back(bind(positive("flow", "yplus", "--yplus", "", "", "wanted y+ of the first height; gives h_min"),
+                   [](Case& c) -> double& { return c.flow.y_plus; }));
+  o.push_back(
+      bind(within(real("flow", "growth", "--growth", "", "", "thickness ratio alpha of neighbouring layers"),
+                  1, 2, true),
+           [](Case& c) -> double& { return c.flow.growth; }));
+  o.push_back(bind(
+      choice(real("flow", "regime", "--regime", "", "", "law of the thickness delta of the boundary layer"),
+             {"laminar", "turbulent"}),
+      [](Case& c) -> Regime& { return c.flow.regime; }));
+  o.push_back(bind(positive("flow", "hmin", "--hmin", "m", "from Re, L and y+",
+                            "thickness h_min of the first layer, instead of the derived one"),
+                   [](Case& c) -> optional<double>& { return c.flow.h_min; }));
+  o.push_back(bind(positive("flow", "delta", "--delta", "m", "from Re, L and the regime",
+                            "thickness delta the layers fill, instead of the derived one"),
+                   [](Case& c) -> optional<double>& { return c.flow.delta; }));
+  o.push_back(bind(within(typed(real("flow", "layers", "--layers", "", "as many as fill delta",
+                                     "number of layers, instead of the derived one"),
+                                OptionType::kInteger),
+                          1, 200),
+                   [](Case& c) -> optional<int>& { return c.flow.layers; }));
+}
+
+void add_sizes(Options& o) {
+  o.push_back(bind(positive("sizes", "h2", "--h2", "m", "longest extent of the body / 20",
+                            "largest size in Box2, the box around the body"),
+                   [](Case& c) -> optional<double>& { return c.h2; }));
+  o.push_back(
+      bind(positive("sizes", "h1", "--h1", "m", "10 h2, at most a quarter of the domain's shortest side",
+                    "largest size at the border of the domain (Box1)"),
+           [](Case& c) -> optional<double>& { return c.h1; }));
+  o.push_back(
+      bind(against(numbers(real("sizes", "box2", "--box2", "m", "the body and --box2-margin around it",
+                                "corners x0 y0 z0 x1 y1 z1 of Box2"),
+                           6),
+                   {"box2_margin"}),
+           [](Case& c) -> optional<Box<3>>& { return c.box2; }));
+  o.push_back(bind(against(positive("sizes", "box2_margin", "--box2-margin", "m",
+                                    "the larger of 2 delta and a quarter of the longest extent",
+                                    "distance from the body to the border of Box2"),
+                           {"box2"}),
+                   [](Case& c) -> optional<double>& { return c.box2_margin; }));
+  o.push_back(bind(choice(real("sizes", "profile", "--profile", "", "",
+                               "normal size: constant in each layer, or growing continuously"),
+                          {"layered", "continuous"}),
+                   [](Case& c) -> Profile& { return c.profile; }));
+  o.push_back(bind(within(real("sizes", "corner_elements", "--corner-elements", "", "",
+                               "elements per 90 degrees around a sharp edge in the first layer"),
+                          1, 16),
+                   [](Case& c) -> double& { return c.corner_elements; }));
+  o.push_back(bind(within(real("sizes", "gradation", "--gradation", "", "",
+                               "largest ratio of sizes per unit of metric length; 0: no bound"),
+                          0, 100),
+                   [](Case& c) -> double& { return c.gradation; }));
+  o.push_back(bind(within(real("sizes", "growth_inside", "--growth-inside", "", "",
+                               "growth per layer inside the body, below the mirrored layers"),
+                          1, 4, true),
+                   [](Case& c) -> double& { return c.growth_inside; }));
+}
+
+void add_domain(Options& o) {
+  o.push_back(bind(numbers(real("domain", "box", "--domain", "m",
+                                "the body with 2 L before, 4 L behind it in x, and 2 L around it in y and z "
+                                "(L: longest extent)",
+                                "corners x0 y0 z0 x1 y1 z1 of the meshed box"),
+                           6),
+                   [](Case& c) -> optional<Box<3>>& { return c.domain; }));
+}
+
+void add_level_set(Options& o) {
+  o.push_back(
+      bind(within(real("levelset", "voxel", "--voxel", "m", "longest extent of the body / 200",
+                       "voxel edge of the level set; 0: the default, coarser when the memory asks for it"),
+                  0, 1e300),
+           [](Case& c) -> double& { return c.level_set.voxel; }));
+  o.push_back(
+      bind(positive("levelset", "max_memory", "--max-memory", "bytes", "", "memory the level set may take"),
+           [](Case& c) -> double& { return c.level_set.max_memory; }));
+}
+
+void add_mesh(Options& o) {
+  o.push_back(bind(choice(real("mesh", "seed", "--seed", "", "", "how the first, coarse mesh is made"),
+                          {"tetgen", "lattice"}),
+                   [](Case& c) -> SeedKind& { return c.seed; }));
+  o.push_back(bind(within(real("mesh", "quality_floor", "--quality-floor", "", "",
+                               "quality (mean ratio, 1 is best) below which no operation may bring a cell"),
+                          0, 0.5),
+                   [](Case& c) -> double& { return c.quality_floor; }));
+  o.push_back(
+      bind(within(typed(real("mesh", "threads", "--threads", "", "",
+                             "worker threads; 0: all of the machine's. The mesh does not depend on it"),
+                        OptionType::kInteger),
+                  0, 4096),
+           [](Case& c) -> int& { return c.threads; }));
+}
+
+void add_output(Options& o) {
+  const auto file = [](std::string key, std::string flags, std::string help) {
+    return typed(real("output", std::move(key), std::move(flags), "", "", std::move(help)),
+                 OptionType::kText);
+  };
+  o.push_back(
+      bind(typed(file("files", "-o,--out",
+                      "mesh to write: .vtu, .mesh or .meshb; may be repeated. The resolved case is written "
+                      "beside the first one, as NAME.case.toml"),
+                 OptionType::kTexts),
+           [](Case& c) -> std::vector<Path>& { return c.outputs; }));
+  o.push_back(bind(file("metric", "--metric-out", "metric at the vertices to write: .sol or .solb"),
+                   [](Case& c) -> optional<Path>& { return c.metric_out; }));
+  o.push_back(bind(file("levelset", "--levelset", "level set to write: .vdb"),
+                   [](Case& c) -> optional<Path>& { return c.levelset_out; }));
+  o.push_back(bind(file("report", "--report", "report to write: .json"),
+                   [](Case& c) -> optional<Path>& { return c.report; }));
+  o.push_back(bind(file("picture", "--picture", "picture of a slice to write: .png, .svg or .pdf"),
+                   [](Case& c) -> optional<Path>& { return c.picture; }));
+  CaseOption plane =
+      file("picture_plane", "--picture-plane", "plane of the picture: x=VALUE, y=VALUE or z=VALUE");
+  o.push_back(bind(plane, [](Case& c) -> Plane& { return c.picture_plane; }));
+  o.push_back(bind(numbers(real("output", "picture_window", "--picture-window", "m", "Box2",
+                                "part of the plane to draw: u0 v0 u1 v1 ((u, v) = (y, z), (x, z) or (x, y))"),
+                           4),
+                   [](Case& c) -> optional<std::array<double, 4>>& { return c.picture_window; }));
+}
+
+/// The value a fresh Case has, in words; "" where there is none.
+std::string standard_value(const CaseOption& o) {
+  const optional<OptionValue> value = o.get(Case());
+  if (!value) return {};
+  if (const auto* real_value = std::get_if<double>(&*value)) return fmt::format("{:g}", *real_value);
+  if (const auto* integer = std::get_if<std::int64_t>(&*value)) return std::to_string(*integer);
+  if (const auto* text = std::get_if<std::string>(&*value)) return *text;
+  return {};
+}
+
+}  // namespace
+
+const std::vector<CaseOption>& case_options() {
+  static const Options options = [] {
+    Options o;
+    add_body(o);
+    add_flow(o);
+    add_sizes(o);
+    add_domain(o);
+    add_level_set(o);
+    add_mesh(o);
+    add_output(o);
+    for (CaseOption& option : o)
+      if (option.default_value.empty()) option.default_value = standard_value(option);
+    return o;
+  }();
+  return options;
+}
+
+const std::vector<std::pair<std::string, std::string>>& case_tables() {
+  static const std::vector<std::pair<std::string, std::string>> tables = {
+      {"body", "The body, immersed in the domain"},
+      {"flow", "The boundary layer: from the flow, or given"},
+      {"sizes", "Sizes of the elements"},
+      {"domain", "The box that is meshed"},
+      {"levelset", "The level set of a triangle surface"},
+      {"mesh", "How the mesh is made"},
+      {"output", "Files to write"},
+  };
+  return tables;
+}
+
+}  // namespace lamina

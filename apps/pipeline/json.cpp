@@ -1,0 +1,120 @@
+#include "apps/pipeline/json.h"
+
+#include <fmt/format.h>
+
+namespace lamina {
+namespace {
+
+/// Bins as {"from": .., "to": .., "count": ..}; the last one has no "to" when it is open.
+Json bin(double from, std::optional<double> to, std::int64_t count) {
+  Json b = {{"from", from}};
+  b["to"] = to ? Json(*to) : Json();
+  b["count"] = count;
+  return b;
+}
+
+}  // namespace
+
+Json to_json(const Vec3& x) { return {x[0], x[1], x[2]}; }
+
+Json to_json(const Box<3>& box) { return {box.lo[0], box.lo[1], box.lo[2], box.hi[0], box.hi[1], box.hi[2]}; }
+
+Json to_json(const Score& s) {
+  Json lengths = Json::array(), qualities = Json::array();
+  for (std::size_t i = 0; i < Score::kLengthBins.size(); ++i) {
+    const bool last = i + 1 == Score::kLengthBins.size();
+    lengths.push_back(bin(Score::kLengthBins[i],
+                          last ? std::nullopt : std::optional<double>(Score::kLengthBins[i + 1]),
+                          s.length_histogram[i]));
+  }
+  for (std::size_t i = 0; i < s.quality_histogram.size(); ++i)
+    qualities.push_back(
+        bin(0.1 * static_cast<double>(i), 0.1 * static_cast<double>(i + 1), s.quality_histogram[i]));
+  return {{"points", s.points},
+          {"cells", s.cells},
+          {"edges", s.edges},
+          {"complexity", s.complexity},
+          {"unit_share", s.unit_share},
+          {"length",
+           {{"min", s.length_min},
+            {"max", s.length_max},
+            {"mean", s.length_mean},
+            {"share_below_half", s.short_share},
+            {"share_above_2", s.long_share},
+            {"histogram", lengths}}},
+          {"quality", {{"min", s.quality_min}, {"mean", s.quality_mean}, {"histogram", qualities}}},
+          {"aspect", {{"max", s.aspect_max}, {"p99", s.aspect_p99}}}};
+}
+
+Json to_json(const Validation& v) {
+  return {{"valid", v.ok()},
+          {"summary", v.summary()},
+          {"nonpositive_cells", v.nonpositive_cells},
+          {"bad_indices", v.bad_indices},
+          {"overshared_facets", v.overshared_facets},
+          {"misoriented_facets", v.misoriented_facets},
+          {"unused_points", v.unused_points},
+          {"boundary_facets", v.boundary_facets},
+          {"boundary_mismatch", v.boundary_mismatch},
+          {"off_box_facets", v.off_box_facets},
+          {"volume", v.volume},
+          {"volume_error", v.volume_error},
+          {"boundary_area_error", v.boundary_area_error}};
+}
+
+Json to_json(const SurfaceReport& s) {
+  return {{"triangles_read", s.triangles_read},
+          {"points", s.points},
+          {"triangles", s.triangles},
+          {"shells", s.shells},
+          {"watertight", s.watertight()},
+          {"nonfinite", s.nonfinite},
+          {"degenerate", s.degenerate},
+          {"duplicate", s.duplicate},
+          {"flipped", s.flipped},
+          {"open_edges", s.open_edges},
+          {"nonmanifold_edges", s.nonmanifold_edges},
+          {"misoriented_edges", s.misoriented_edges},
+          {"area", s.area},
+          {"volume", s.volume},
+          {"shortest_edge", s.shortest_edge},
+          {"longest_edge", s.longest_edge},
+          {"facet_sag", s.facet_sag},
+          {"warnings", s.warnings}};
+}
+
+Json to_json(const LevelSetReport& r) {
+  return {{"voxel", r.voxel},
+          {"active_voxels", r.active_voxels},
+          {"grid_bytes", r.grid_bytes},
+          {"polished_voxels", r.polished_voxels},
+          {"worst_polish_vox", r.worst_polish_vox},
+          {"sharp_edges", r.sharp_edges},
+          {"corners", r.corners},
+          {"sign_rule", r.sign_rule},
+          {"warnings", r.warnings}};
+}
+
+Json to_json(const BoundaryLayer& b) {
+  return {
+      {"reynolds", b.reynolds},  {"length", b.length},
+      {"growth", b.growth},      {"skin_friction", b.skin_friction > 0.0 ? Json(b.skin_friction) : Json()},
+      {"h_min", b.h_min},        {"delta", b.delta},
+      {"layers", b.layers},      {"top", b.top()},
+      {"top_size", b.top_size()}};
+}
+
+Json to_json(const Case& c) {
+  Json out;
+  for (const CaseOption& o : case_options()) {
+    const auto value = o.get(c);
+    out[o.table][o.key] = value ? std::visit([](const auto& v) { return Json(v); }, *value) : Json();
+  }
+  return out;
+}
+
+std::string json_text(const Json& json) {
+  return json.dump(2, ' ', false, nlohmann::detail::error_handler_t::replace) + "\n";
+}
+
+}  // namespace lamina

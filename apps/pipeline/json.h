@@ -1,0 +1,29 @@
+// Values of the pipeline as JSON. Private to apps: keeps nlohmann's headers out of the public ones.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "apps/pipeline/case.h"
+#include "mesh/score.h"
+#include "mesh/validate.h"
+#include "vdb/surface.h"
+
+namespace lamina {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const Vec3& x);
+/// [x0, y0, z0, x1, y1, z1].
+Json to_json(const Box<3>& box);
+Json to_json(const Score& score);
+Json to_json(const Validation& validation);
+Json to_json(const SurfaceReport& surface);
+Json to_json(const LevelSetReport& level_set);
+Json to_json(const BoundaryLayer& layer);
+/// Tables and keys as in the case file.
+Json to_json(const Case& c);
+
+/// Indented text that survives names which are not UTF-8.
+std::string json_text(const Json& json);
+
+}  // namespace lamina

@@ -1,0 +1,45 @@
+// A set of output files that appear together, or not at all.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/parallel.h"
+
+namespace lamina {
+
+/// Collects the outputs of a run. Each is written under a temporary name in the folder of its target;
+/// commit() gives all of them their names once all are complete. GUARANTEES: (1) without commit() every
+/// target is as it was and nothing is left behind; (2) messages of writers name the target, not the temporary
+/// file. Not thread safe.
+class OutputSet {
+ public:
+  OutputSet() = default;
+  ~OutputSet();
+  OutputSet(const OutputSet&) = delete;
+  OutputSet& operator=(const OutputSet&) = delete;
+
+  /// Names a target, before the run. Errors: kFileWrite when it could not be created, kUsage when it is named
+  /// twice or is the same file as `input`.
+  void expect(const std::filesystem::path& target, const std::filesystem::path& input);
+
+  /// Calls writer(path) with the temporary name, which has the target's extension. Targets that are devices
+  /// or pipes are written through a file in the system's temporary folder.
+  void write(const std::filesystem::path& target, FunctionRef<void(const std::filesystem::path&)> writer);
+  void write_text(const std::filesystem::path& target, const std::string& text);
+
+  /// Renames all. Errors: kFileWrite.
+  void commit();
+
+  [[nodiscard]] std::vector<std::filesystem::path> targets() const;
+
+ private:
+  struct Entry {
+    std::filesystem::path target, resolved, staged;
+    bool special = false;
+  };
+  std::vector<Entry> entries_;
+};
+
+}  // namespace lamina

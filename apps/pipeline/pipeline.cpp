@@ -1,0 +1,308 @@
+// The main job as a list of steps. Every stage is measured and can be cancelled; outputs are written under
+// temporary names and get their own when all of them are complete, so a run that fails or is stopped leaves
+// nothing behind.
+#include "apps/pipeline/pipeline.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "apps/pipeline/output.h"
+#include "apps/pipeline/picture.h"
+#include "apps/pipeline/plan.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/parallel.h"
+#include "mesh/io.h"
+#include "vdb/surface_io.h"
+
+namespace lamina {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The wall's metric as the family that the optimizer asks for.
+class Homotopy : public AdaptMetric<3> {
+ public:
+  explicit Homotopy(const WallMetric& metric) : metric_(metric) {}
+  [[nodiscard]] Metric<3> at(const Vec3& x, double size_floor) const override {
+    return size_floor > 0.0 ? metric_.at_coarsened(x, size_floor) : metric_.at(x);
+  }
+
+ private:
+  const WallMetric& metric_;
+};
+
+fs::path resolved_case_path(const Case& c) {
+  fs::path path = c.outputs.front();
+  return path.replace_extension(".case.toml");
+}
+
+void require_extension(const fs::path& path, const char* what, const std::vector<std::string>& known) {
+  const std::string extension = lower_extension(path);
+  if (std::find(known.begin(), known.end(), extension) != known.end()) return;
+  std::string list;
+  for (const std::string& e : known) list += (list.empty() ? "" : ", ") + e;
+  throw Error(ErrorCode::kUsage, fmt::format("{}: {} is written as {}", path.string(), what, list));
+}
+
+/// Checks names and places of all outputs before the work starts.
+void expect_outputs(const Case& c, OutputSet& outputs) {
+  const auto expect = [&](const fs::path& path) { outputs.expect(path, c.body); };
+  for (const fs::path& path : c.outputs) {
+    if (!is_writable_mesh(path)) require_extension(path, "a mesh", {".vtu", ".mesh", ".meshb"});
+    expect(path);
+  }
+  if (c.metric_out) {
+    require_extension(*c.metric_out, "a metric", {".sol", ".solb"});
+    expect(*c.metric_out);
+  }
+  if (c.levelset_out) {
+    require_extension(*c.levelset_out, "a level set", {".vdb"});
+    expect(*c.levelset_out);
+  }
+  if (c.report) expect(*c.report);
+  if (c.picture) {
+    require_extension(*c.picture, "a picture", {".png", ".svg", ".pdf"});
+    expect(*c.picture);
+  }
+}
+
+/// The resolved case has a name of its own choosing, which must not take the place of the file it was read
+/// from.
+bool expect_resolved_case(const Case& c, OutputSet& outputs, StageRecorder& stages) {
+  if (c.outputs.empty()) return false;
+  const fs::path path = resolved_case_path(c);
+  std::error_code ec;
+  if (!c.source.empty() && fs::equivalent(c.source, path, ec)) {
+    stages.warn(fmt::format("{} is the case that was read: it is left as it is", path.string()));
+    return false;
+  }
+  outputs.expect(path, c.body);
+  return true;
+}
+
+void add_point_fields(Mesh<3>& mesh, const WallMetric& metric, const std::vector<Metric<3>>& vertex_metric) {
+  const std::size_t n = mesh.points.size();
+  const auto field = [&](const char* name, int components) {
+    return MeshField{name, components, std::vector<double>(n * static_cast<std::size_t>(components))};
+  };
+  MeshField phi = field("phi", 1), normal = field("N", 3), hn = field("hn", 1), ht1 = field("ht1", 1),
+            ht2 = field("ht2", 1), tensor = field("metric", 6);
+  for_each_index(
+      n,
+      [&](std::size_t i) {
+        const WallSample s = metric.sample(mesh.points[i]);
+        const Sym<3> m = vertex_metric[i].tensor();
+        phi.values[i] = s.wall.phi;
+        for (int k = 0; k < 3; ++k) normal.values[3 * i + static_cast<std::size_t>(k)] = s.wall.N[k];
+        hn.values[i] = s.hn;
+        ht1.values[i] = s.ht1;
+        ht2.values[i] = s.ht2;
+        std::copy(m.begin(), m.end(), tensor.values.begin() + static_cast<std::ptrdiff_t>(6 * i));
+      },
+      256);
+  mesh.point_fields = {std::move(phi), std::move(normal), std::move(hn),
+                       std::move(ht1), std::move(ht2),    std::move(tensor)};
+}
+
+void add_cell_fields(Mesh<3>& mesh, const WallMetric& metric, const std::vector<Metric<3>>& vertex_metric) {
+  const std::size_t n = mesh.cells.size();
+  MeshField quality{"quality", 1, std::vector<double>(n)};
+  mesh.cell_tags.resize(n);
+  for_each_index(
+      n,
+      [&](std::size_t i) {
+        std::array<Vec3, 4> x;
+        std::array<const Metric<3>*, 4> m{};
+        for (std::size_t k = 0; k < 4; ++k) {
+          const auto v = static_cast<std::size_t>(mesh.cells[i][k]);
+          x[k] = mesh.points[v];
+          m[k] = &vertex_metric[v];
+        }
+        const Vec3 center = 0.25 * (x[0] + x[1] + x[2] + x[3]);
+        quality.values[i] = cell_quality<3>(x, m);
+        mesh.cell_tags[i] = static_cast<Index>(metric.region(center, metric.wall().phi(center)));
+      },
+      256);
+  mesh.cell_fields = {std::move(quality)};
+}
+
+/// 64-bit FNV-1a over the words of coordinates and indices, in order.
+std::uint64_t hash_of(const Mesh<3>& mesh) {
+  std::uint64_t h = 1469598103934665603ull;
+  const auto add = [&h](std::uint64_t word) { h = ((h ^ word) * 1099511628211ull) ^ (h >> 29); };
+  for (const Vec3& x : mesh.points) {
+    for (int k = 0; k < 3; ++k) {
+      std::uint64_t bits = 0;
+      const double value = x[k];
+      std::memcpy(&bits, &value, sizeof bits);
+      add(bits);
+    }
+  }
+  for (const auto& cell : mesh.cells)
+    for (const Index v : cell) add(static_cast<std::uint64_t>(v));
+  return h;
+}
+
+/// What the parts of the run have to say, beyond what the steps themselves put into the report.
+void finish_report(Report& report, const Body& body, const Mesh<3>& mesh, const OutputSet& outputs,
+                   const StageRecorder& stages) {
+  report.version = version();
+  report.from_vdb = body.from_vdb;
+  report.surface = body.surface;
+  report.level_set = body.level_set.report();
+  report.stages = stages.costs();
+  report.threads = report.resolved.c.threads > 0 ? report.resolved.c.threads : hardware_threads();
+  report.warnings = stages.warnings();
+  report.missed = missed_properties(report.score);
+  report.files = outputs.targets();
+  report.points = static_cast<std::int64_t>(mesh.points.size());
+  report.facets = static_cast<std::int64_t>(mesh.facets.size());
+  for (const Index tag : mesh.cell_tags) ++report.region_cells[static_cast<std::size_t>(tag)];
+  for (const WorstCell& w : report.score.worst)
+    report.worst_regions.push_back(static_cast<Region>(mesh.cell_tags[static_cast<std::size_t>(w.cell)]));
+  report.mesh_hash = hash_of(mesh);
+}
+
+void pass_on_warnings(const Body& body, const ResolvedCase& r, StageRecorder& stages) {
+  for (const auto* list : {&body.surface.warnings, &body.level_set.report().warnings, &r.warnings})
+    for (const std::string& w : *list) stages.warn(w);
+}
+
+/// Predicts the number of cells. Errors: kParameter when no mesh could hold them.
+double expected_cells(const WallMetric& metric, StageRecorder& stages) {
+  const double cells = predict(metric, &stages).cells;
+  constexpr double kMost = std::numeric_limits<Index>::max();
+  if (!(cells < kMost))
+    throw Error(
+        ErrorCode::kParameter,
+        fmt::format("about {:.2g} cells would be needed, and a mesh holds at most {:.2g}: raise --hmin, "
+                    "--h2 or --h1, or make the domain smaller",
+                    cells, kMost));
+  return cells;
+}
+
+AdaptOptions adapt_options(const ResolvedCase& r) {
+  AdaptOptions options;
+  options.quality_floor = r.c.quality_floor;
+  options.end_size = r.layer.h_min;
+  return options;
+}
+
+/// Throws unless the mesh is what it claims to be: such a mesh is a defect of Lamina and is never written.
+Validation check_mesh(const Mesh<3>& mesh, const Box<3>& domain) {
+  const Validation validation = validate<3>(mesh, domain);
+  if (!validation.ok())
+    throw Error(ErrorCode::kMeshInvalid,
+                fmt::format("the adapted mesh is not valid and was not written: {}", validation.summary()));
+  return validation;
+}
+
+void write_picture(const fs::path& path, const Mesh<3>& mesh, const ResolvedCase& r) {
+  PictureOptions options;
+  options.plane = r.c.picture_plane;
+  options.window = r.c.picture_window;
+  options.layer_top = r.layer.top();
+  draw_slice(path, mesh, options);
+}
+
+/// Writes everything but the report, which tells how long this took.
+void write_outputs(const Mesh<3>& mesh, const std::vector<Metric<3>>& metric, const Body& body,
+                   const ResolvedCase& r, OutputSet& outputs, StageRecorder& stages) {
+  const Case& c = r.c;
+  for (const fs::path& path : c.outputs) {
+    outputs.write(path, [&](const fs::path& p) { write_mesh<3>(p, mesh); });
+    stages.check_cancelled();
+  }
+  if (c.metric_out) outputs.write(*c.metric_out, [&](const fs::path& p) { write_metric<3>(p, metric); });
+  if (c.levelset_out) outputs.write(*c.levelset_out, [&](const fs::path& p) { body.level_set.write(p); });
+  if (c.picture) outputs.write(*c.picture, [&](const fs::path& p) { write_picture(p, mesh, r); });
+  stages.check_cancelled();
+}
+
+}  // namespace
+
+Body load_body(const Case& c, Progress* progress) {
+  if (c.body.empty())
+    throw Error(ErrorCode::kUsage, "no body is given: name a .stl, .obj, .ply or .vdb file");
+  const double scale = unit_scale(c.unit);
+  if (lower_extension(c.body) == ".vdb") {
+    return {.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress),
+            .surface = {},
+            .from_vdb = true};
+  }
+  if (!is_surface_file(c.body)) {
+    const MappedFile exists(c.body);  // a missing file or a folder is the better message
+    throw Error(ErrorCode::kFileUnsupported,
+                fmt::format("{}: not a body; bodies are .stl, .obj, .ply and .vdb files", c.body.string()));
+  }
+  std::vector<std::string> warnings;
+  Surface surface = read_surface(c.body, warnings);
+  if (scale != 1.0)
+    for (Vec3& x : surface.points) x *= scale;
+  SurfaceReport report = clean(surface, c.body.string());
+  report.warnings.insert(report.warnings.begin(), warnings.begin(), warnings.end());
+  return {.level_set = LevelSet::from_surface(std::move(surface), c.level_set, progress),
+          .surface = std::move(report),
+          .from_vdb = false};
+}
+
+Report run_case(const Case& c, Progress* progress) {
+  const ThreadLimit limit(c.threads);
+  StageRecorder stages(progress);
+  OutputSet outputs;
+  expect_outputs(c, outputs);
+  const bool with_case = expect_resolved_case(c, outputs, stages);
+
+  stages.stage("level set");
+  const Body body = load_body(c, &stages);
+  Report report;
+  report.resolved = resolve_case(c, body);
+  const ResolvedCase& r = report.resolved;
+  const WallMetric metric(body.level_set, r.layer, r.sizes);
+  pass_on_warnings(body, r, stages);
+  stages.done(fmt::format("{} voxels, {} layers from h_min {:.3g} to {:.3g}",
+                          body.level_set.report().active_voxels, r.layer.layers, r.layer.h_min,
+                          r.layer.top()));
+
+  stages.stage("plan");
+  report.expected_cells = expected_cells(metric, stages);
+  stages.done(fmt::format("about {:.2g} cells", report.expected_cells));
+
+  stages.stage("seed");
+  Mesh<3> mesh = make_seed<3>(r.sizes.domain, r.sizes.h1, r.c.seed);
+  stages.done(fmt::format("{} cells", mesh.cells.size()));
+
+  stages.stage("adapt");
+  std::vector<Metric<3>> vertex_metric;
+  report.adapt = adapt<3>(mesh, Homotopy(metric), vertex_metric, adapt_options(r), &stages);
+  stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
+
+  stages.stage("check");
+  report.validation = check_mesh(mesh, r.sizes.domain);
+  report.score = score<3>(mesh, vertex_metric);
+  stages.done(fmt::format("valid, {:.1f} % unit edges, worst quality {:.3g}", 100.0 * report.score.unit_share,
+                          report.score.quality_min));
+
+  stages.stage("fields");
+  add_point_fields(mesh, metric, vertex_metric);
+  add_cell_fields(mesh, metric, vertex_metric);
+  stages.done(
+      fmt::format("{} point and {} cell fields", mesh.point_fields.size(), mesh.cell_fields.size() + 1));
+
+  stages.stage("write");
+  write_outputs(mesh, vertex_metric, body, r, outputs, stages);
+  if (with_case) outputs.write_text(resolved_case_path(c), case_text(r.c));
+  stages.done(fmt::format("{} files", outputs.targets().size()));
+
+  finish_report(report, body, mesh, outputs, stages);
+  if (c.report) outputs.write_text(*c.report, report_json(report));
+  stages.check_cancelled();
+  outputs.commit();
+  return report;
+}
+
+}  // namespace lamina

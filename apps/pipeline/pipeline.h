@@ -1,0 +1,34 @@
+// The whole path: body -> level set -> metric -> seed -> adapted mesh -> files, report and picture.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/pipeline/case.h"
+#include "apps/pipeline/report.h"
+#include "core/progress.h"
+#include "core/wall_metric.h"
+#include "vdb/level_set.h"
+
+namespace lamina {
+
+/// A body made ready: level set and what the intake found.
+struct Body {
+  LevelSet level_set;
+  SurfaceReport surface;  ///< empty for .vdb input
+  bool from_vdb = false;
+};
+
+/// Reads .stl/.obj/.ply/.vdb, applies the unit, cleans, builds the level set.
+Body load_body(const Case& c, Progress* progress);
+
+/// Fills every default of the case that depends on the body (length, layers, boxes, sizes) and checks it.
+ResolvedCase resolve_case(const Case& c, const Body& body);
+
+/// Runs a case and writes everything it asks for. Returns the report; report.missed lists properties that
+/// were asked for and not reached (exit code 3).
+Report run_case(const Case& c, Progress* progress);
+
+}  // namespace lamina

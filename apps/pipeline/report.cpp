@@ -1,0 +1,179 @@
+#include "apps/pipeline/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "apps/pipeline/json.h"
+
+namespace lamina {
+namespace {
+
+double percent(std::int64_t part, std::int64_t whole) {
+  return whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
+std::int64_t region_count(const Report& r, Region region) {
+  return r.region_cells[static_cast<std::size_t>(region)];
+}
+
+Json cells_json(const Report& r) {
+  const auto entry = [&](std::int64_t n) { return Json{{"count", n}, {"percent", percent(n, r.cells())}}; };
+  return {{"total", entry(r.cells())},
+          {"box2", entry(r.box2_cells())},
+          {"layer", entry(region_count(r, Region::kLayer))},
+          {"inside", entry(region_count(r, Region::kInside))}};
+}
+
+Json worst_json(const Report& r) {
+  Json out = Json::array();
+  for (std::size_t i = 0; i < r.score.worst.size(); ++i) {
+    const WorstCell& w = r.score.worst[i];
+    Json entry = {{"cell", w.cell}, {"quality", w.quality}, {"center", to_json(w.center)}};
+    if (i < r.worst_regions.size())
+      entry["region"] = kRegionNames[static_cast<std::size_t>(r.worst_regions[i])];
+    out.push_back(std::move(entry));
+  }
+  return out;
+}
+
+Json homotopy_json(const AdaptSummary& adapt) {
+  Json out = Json::array();
+  for (const AdaptStep& s : adapt.steps)
+    out.push_back({{"size_floor", s.size_floor},
+                   {"cells", s.cells},
+                   {"points", s.points},
+                   {"unit_share", s.unit_share},
+                   {"quality_min", s.quality_min},
+                   {"quality_mean", s.quality_mean},
+                   {"seconds", s.seconds}});
+  return out;
+}
+
+Json operators_json(const AdaptSummary& adapt) {
+  Json out = Json::array();
+  for (const OperatorStats& o : adapt.operators)
+    out.push_back({{"name", o.name},
+                   {"tried", o.tried},
+                   {"accepted", o.accepted},
+                   {"rejected_quality", o.rejected_quality},
+                   {"rejected_length", o.rejected_length},
+                   {"rejected_class", o.rejected_class}});
+  return out;
+}
+
+Json stages_json(const Report& r) {
+  Json out = Json::array();
+  for (const StageCost& s : r.stages)
+    out.push_back({{"name", s.name},
+                   {"wall_seconds", s.wall_seconds},
+                   {"cpu_seconds", s.cpu_seconds},
+                   {"peak_bytes", s.peak_bytes}});
+  return out;
+}
+
+Json sizes_json(const SizeOptions& s) {
+  return {{"h2", s.h2}, {"h1", s.h1}, {"box2", to_json(s.box2)}, {"domain", to_json(s.domain)}};
+}
+
+template <class Value>
+double total(const Report& r, Value value) {
+  return std::accumulate(r.stages.begin(), r.stages.end(), 0.0,
+                         [&](double sum, const StageCost& s) { return sum + value(s); });
+}
+
+double peak(const Report& r) {
+  double bytes = 0.0;
+  for (const StageCost& s : r.stages) bytes = std::max(bytes, s.peak_bytes);
+  return bytes;
+}
+
+}  // namespace
+
+std::string version() { return LAMINA_VERSION; }
+
+std::int64_t Report::cells() const {
+  return std::accumulate(region_cells.begin(), region_cells.end(), std::int64_t{0});
+}
+
+std::int64_t Report::box2_cells() const { return cells() - region_count(*this, Region::kBox1); }
+
+std::vector<std::string> missed_properties(const Score& score) {
+  std::vector<std::string> missed;
+  if (!(score.unit_share >= kWantedUnitShare))
+    missed.push_back(fmt::format("unit edges: {:.1f} %, wanted at least {:.0f} %", 100.0 * score.unit_share,
+                                 100.0 * kWantedUnitShare));
+  if (!(score.quality_min >= kWantedQuality)) {
+    const Vec3 x = score.worst.empty() ? Vec3::Zero() : score.worst.front().center;
+    missed.push_back(fmt::format("worst quality: {:.3g} near ({:.6g}, {:.6g}, {:.6g}), wanted at least {:g}",
+                                 score.quality_min, x[0], x[1], x[2], kWantedQuality));
+  }
+  return missed;
+}
+
+std::string report_json(const Report& r) {
+  Json files = Json::array();
+  for (const auto& file : r.files) files.push_back(file.string());
+  const Json json = {
+      {"lamina", r.version},
+      {"case", to_json(r.resolved.c)},
+      {"layer", to_json(r.resolved.layer)},
+      {"sizes", sizes_json(r.resolved.sizes)},
+      {"body",
+       {{"file", r.resolved.c.body.string()},
+        {"bounds", to_json(r.resolved.body_bounds)},
+        {"surface", r.from_vdb ? Json() : to_json(r.surface)},
+        {"level_set", to_json(r.level_set)}}},
+      {"cells", cells_json(r)},
+      {"expected_cells", r.expected_cells},
+      {"points", r.points},
+      {"facets", r.facets},
+      {"mesh_hash", fmt::format("{:016x}", r.mesh_hash)},
+      {"validation", to_json(r.validation)},
+      {"score", to_json(r.score)},
+      {"worst_cells", worst_json(r)},
+      {"homotopy", homotopy_json(r.adapt)},
+      {"operators", operators_json(r.adapt)},
+      {"stopped_because", r.adapt.stopped_because},
+      {"stages", stages_json(r)},
+      {"wall_seconds", total(r, [](const StageCost& s) { return s.wall_seconds; })},
+      {"cpu_seconds", total(r, [](const StageCost& s) { return s.cpu_seconds; })},
+      {"peak_bytes", peak(r)},
+      {"threads", r.threads},
+      {"files", files},
+      {"warnings", r.warnings},
+      {"missed", r.missed},
+  };
+  return json_text(json);
+}
+
+std::string report_table(const Report& r) {
+  const BoundaryLayer& b = r.resolved.layer;
+  std::string out;
+  const auto row = [&](const char* name, const std::string& text) {
+    out += fmt::format("{:<14}{}\n", name, text);
+  };
+  const auto count = [&](const char* name, std::int64_t n) {
+    row(name, fmt::format("{:>12} {:>6.1f} %", n, percent(n, r.cells())));
+  };
+  row("layers",
+      fmt::format("{} of growth {:g}: h_min {:.4g}, top {:.4g}", b.layers, b.growth, b.h_min, b.top()));
+  row("points", fmt::format("{:>12}", r.points));
+  count("cells", r.cells());
+  count("  in Box2", r.box2_cells());
+  count("  in layers", region_count(r, Region::kLayer));
+  count("  inside", region_count(r, Region::kInside));
+  row("unit edges", fmt::format("{:.1f} %, metric lengths {:.3g} to {:.3g}", 100.0 * r.score.unit_share,
+                                r.score.length_min, r.score.length_max));
+  row("quality", fmt::format("worst {:.3g}, mean {:.3f}", r.score.quality_min, r.score.quality_mean));
+  row("aspect", fmt::format("largest {:.4g}, 99 % below {:.4g}", r.score.aspect_max, r.score.aspect_p99));
+  const double wall = total(r, [](const StageCost& s) { return s.wall_seconds; });
+  row("time", fmt::format("{:.1f} s wall, {:.1f} s cpu, {} threads, peak {:.0f} MiB", wall,
+                          total(r, [](const StageCost& s) { return s.cpu_seconds; }), r.threads,
+                          peak(r) / 1048576.0));
+  for (const auto& file : r.files) row("file", file.string());
+  return out;
+}
+
+}  // namespace lamina

@@ -1,0 +1,63 @@
+// What a run made, took and missed: as JSON for machines and as a short table for people.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/pipeline/case.h"
+#include "apps/pipeline/stages.h"
+#include "mesh/adapt.h"
+#include "mesh/score.h"
+#include "mesh/validate.h"
+
+namespace lamina {
+
+/// Version of Lamina, "0.1.0".
+std::string version();
+
+/// A requested mesh has at least this share of unit edges; a run below it is reported as missed.
+inline constexpr double kWantedUnitShare = 0.80;
+/// ... and no cell of lower quality (mean ratio in the metric).
+inline constexpr double kWantedQuality = 0.02;
+
+/// Names of the regions, in the order of Region.
+inline constexpr std::array<const char*, 4> kRegionNames = {"inside", "layer", "Box2", "Box1"};
+
+struct Report {
+  std::string version;
+  ResolvedCase resolved;
+  bool from_vdb = false;
+  SurfaceReport surface;  ///< empty for a .vdb body
+  LevelSetReport level_set;
+  std::array<std::int64_t, 4> region_cells{};  ///< cells with their centroid in each Region
+  std::int64_t points = 0, facets = 0;
+  double expected_cells = 0.0;  ///< as predicted before the run
+  Score score;
+  std::vector<Region> worst_regions;  ///< of score.worst, in its order
+  Validation validation;
+  AdaptSummary adapt;
+  std::vector<StageCost> stages;
+  int threads = 0;              ///< worker threads that were allowed
+  std::uint64_t mesh_hash = 0;  ///< of points and cells: equal hashes, equal meshes
+  std::vector<std::string> warnings;
+  std::vector<std::string> missed;  ///< properties asked for and not reached, one line each
+  std::vector<std::filesystem::path> files;
+
+  [[nodiscard]] std::int64_t cells() const;
+  /// The paper's columns: all cells in Box2, those of the layer and of the body included.
+  [[nodiscard]] std::int64_t box2_cells() const;
+};
+
+/// The lines of Report::missed for a score.
+std::vector<std::string> missed_properties(const Score& score);
+
+/// Everything, indented; numbers in full precision, seconds and bytes, infinite and undefined ones null.
+std::string report_json(const Report& report);
+
+/// At most 25 lines: counts per region, edge lengths, quality, time and memory.
+std::string report_table(const Report& report);
+
+}  // namespace lamina

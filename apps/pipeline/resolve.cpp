@@ -1,0 +1,156 @@
+// Defaults that depend on the body. All multiples of its longest extent E, so that a body in any unit gets
+// the same mesh: domain 2 E before and 4 E behind it in x (flow runs along +x), 2 E around it in y and z; h2
+// = E / 20; h1 = 10 h2, at most a quarter of the domain's shortest side, so that the seed has cells to work
+// with; Box2 = the body and the larger of 2 delta and E / 4 around it.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/pipeline/pipeline.h"
+#include "apps/pipeline/text.h"
+#include "core/error.h"
+
+namespace lamina {
+namespace {
+
+constexpr double kUpstream = 2.0, kDownstream = 4.0, kSideways = 2.0;  // extents
+constexpr double kH2PerExtent = 1.0 / 20.0;
+constexpr double kH1PerH2 = 10.0;
+constexpr double kH1PerSide = 0.25;
+constexpr double kBox2Deltas = 2.0, kBox2Extents = 0.25;
+
+std::string box_text(const Box<3>& b) {
+  return fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}", b.lo[0], b.lo[1], b.lo[2], b.hi[0], b.hi[1],
+                     b.hi[2]);
+}
+
+Box<3> default_domain(const Box<3>& body, double extent) {
+  Box<3> d = body;
+  d.lo -= extent * Vec3(kUpstream, kSideways, kSideways);
+  d.hi += extent * Vec3(kDownstream, kSideways, kSideways);
+  return d;
+}
+
+Box<3> cut(const Box<3>& a, const Box<3>& b) { return {a.lo.cwiseMax(b.lo), a.hi.cwiseMin(b.hi)}; }
+
+/// True when the boxes share a volume.
+bool meet(const Box<3>& a, const Box<3>& b) { return (cut(a, b).size().array() > 0.0).all(); }
+
+/// As meet(), for a body that may be flat in some direction.
+bool touches(const Box<3>& body, const Box<3>& domain) {
+  return (body.hi.array() >= domain.lo.array()).all() && (body.lo.array() <= domain.hi.array()).all();
+}
+
+void check_domain(ResolvedCase& r, const WallField& wall, const std::string& name) {
+  const Box<3>& domain = r.sizes.domain;
+  if (!touches(r.body_bounds, domain))
+    throw Error(ErrorCode::kDomain,
+                fmt::format("the body {} ({}) lies outside the domain ({}); move --domain, or check --unit",
+                            name, box_text(r.body_bounds), box_text(domain)));
+  std::vector<std::string> faces;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (r.body_bounds.lo[axis] < domain.lo[axis]) faces.push_back(fmt::format("{}-", "xyz"[axis]));
+    if (r.body_bounds.hi[axis] > domain.hi[axis]) faces.push_back(fmt::format("{}+", "xyz"[axis]));
+  }
+  if (faces.size() == 6) {
+    // The wall may pass around the domain without meeting it: a hollow body, or one that swallows the domain.
+    const double depth = wall.phi(domain.center());
+    if (std::abs(depth) > 0.5 * domain.diagonal())
+      throw Error(ErrorCode::kDomain,
+                  fmt::format("the domain ({}) lies wholly {} the body {}; check --domain and --unit",
+                              box_text(domain), depth < 0.0 ? "inside" : "in a hollow of", name));
+  }
+  if (!faces.empty())
+    r.warnings.push_back(fmt::format("the body reaches through the domain's face{} {}: it is cut there",
+                                     faces.size() > 1 ? "s" : "", join(faces)));
+}
+
+void resolve_box2(ResolvedCase& r, double extent) {
+  Case& c = r.c;
+  const Box<3>& domain = r.sizes.domain;
+  if (c.box2) {
+    if (!meet(*c.box2, domain))
+      throw Error(ErrorCode::kDomain, fmt::format("--box2 ({}) lies outside the domain ({})",
+                                                  box_text(*c.box2), box_text(domain)));
+    const Box<3> inside = cut(*c.box2, domain);
+    if (inside.lo != c.box2->lo || inside.hi != c.box2->hi)
+      r.warnings.push_back(
+          fmt::format("--box2 reaches beyond the domain and is cut to {}", box_text(inside)));
+    c.box2 = inside;
+  } else {
+    const double margin =
+        c.box2_margin.value_or(std::max(kBox2Deltas * r.layer.delta, kBox2Extents * extent));
+    c.box2 = cut(r.body_bounds.padded(margin), domain);
+    if (!meet(*c.box2, domain))
+      throw Error(ErrorCode::kDomain,
+                  fmt::format("no Box2 of margin {:g} fits into the domain ({}); give --box2", margin,
+                              box_text(domain)));
+  }
+  c.box2_margin.reset();
+  r.sizes.box2 = *c.box2;
+  const Box<3> seen = cut(r.body_bounds, domain);
+  if (!r.sizes.box2.contains(seen.lo) || !r.sizes.box2.contains(seen.hi))
+    r.warnings.push_back(
+        "Box2 does not hold the whole body; its layers outside Box2 are isotropic and coarse");
+}
+
+void resolve_sizes(ResolvedCase& r, double extent) {
+  Case& c = r.c;
+  const double h_min = r.layer.h_min;
+  const double side = r.sizes.domain.size().minCoeff();
+  if (!c.h2) {
+    c.h2 = std::max(extent * kH2PerExtent, 2.0 * h_min);
+    if (c.h1) c.h2 = std::min(*c.h2, *c.h1);
+  }
+  if (!c.h1) c.h1 = std::max(*c.h2, std::min(kH1PerH2 * *c.h2, kH1PerSide * side));
+  if (!(h_min < *c.h2))
+    throw Error(ErrorCode::kParameter,
+                fmt::format("h_min = {:g} must be below h2 = {:g}: lower --hmin (or --yplus) or raise --h2",
+                            h_min, *c.h2));
+  if (!(*c.h2 <= *c.h1))
+    throw Error(ErrorCode::kParameter,
+                fmt::format("h2 = {:g} must not exceed h1 = {:g}: lower --h2 or raise --h1", *c.h2, *c.h1));
+  if (r.layer.top_size() > *c.h2)
+    r.warnings.push_back(
+        fmt::format("the last layer's size {:.3g} exceeds h2 = {:g}, which bounds it: fewer "
+                    "--layers, a smaller --growth or a larger --h2 fit better",
+                    r.layer.top_size(), *c.h2));
+  r.sizes.h2 = *c.h2;
+  r.sizes.h1 = *c.h1;
+  r.sizes.profile = c.profile;
+  r.sizes.growth_inside = c.growth_inside;
+  r.sizes.corner_elements = c.corner_elements;
+  r.sizes.gradation = c.gradation;
+}
+
+}  // namespace
+
+ResolvedCase resolve_case(const Case& given, const Body& body) {
+  ResolvedCase r;
+  r.c = given;
+  Case& c = r.c;
+  r.body_bounds = body.level_set.bounds();
+  const double extent = r.body_bounds.size().maxCoeff();
+  if (!(extent > 0.0))
+    throw Error(ErrorCode::kSurfaceInvalid, fmt::format("{}: the body has no extent", given.body.string()));
+  r.layer = resolve(c.flow, extent);
+  // Written out in full, so that the resolved case does not depend on how they were derived.
+  c.flow.length = r.layer.length;
+  c.flow.h_min = r.layer.h_min;
+  c.flow.delta = r.layer.delta;
+  c.flow.layers = r.layer.layers;
+  if (!body.from_vdb) c.level_set.voxel = body.level_set.report().voxel;
+  r.sizes.domain = c.domain.value_or(default_domain(r.body_bounds, extent));
+  c.domain = r.sizes.domain;
+  check_domain(r, body.level_set, given.body.string());
+  resolve_box2(r, extent);
+  resolve_sizes(r, extent);
+  if (!c.picture_window && c.picture) {
+    const int u = c.picture_plane.axis == 0 ? 1 : 0, v = c.picture_plane.axis == 2 ? 1 : 2;
+    const Box<3>& b = r.sizes.box2;
+    c.picture_window = {b.lo[u], b.lo[v], b.hi[u], b.hi[v]};
+  }
+  return r;
+}
+
+}  // namespace lamina

@@ -1,0 +1,79 @@
+#include "apps/pipeline/stages.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace lamina {
+namespace {
+
+/// Lets VmHWM start anew at the present resident set (Linux); without effect where that is not allowed.
+void reset_peak() {
+  if (std::FILE* file = std::fopen("/proc/self/clear_refs", "w")) {
+    std::fputs("5", file);
+    std::fclose(file);
+  }
+}
+
+}  // namespace
+
+double cpu_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+double peak_resident_bytes() {
+  double bytes = 0.0;
+  if (std::FILE* file = std::fopen("/proc/self/status", "r")) {
+    char line[256];
+    long long kib = 0;
+    while (std::fgets(line, sizeof line, file) != nullptr)
+      if (std::sscanf(line, "VmHWM: %lld kB", &kib) == 1) bytes = 1024.0 * static_cast<double>(kib);
+    std::fclose(file);
+  }
+  return bytes;
+}
+
+void StageRecorder::stage(const std::string& name) {
+  check_cancelled();
+  reset_peak();
+  costs_.push_back({.name = name});
+  part_.clear();
+  started_ = std::chrono::steady_clock::now();
+  cpu_started_ = cpu_seconds();
+  if (outer_ != nullptr) outer_->begin(name);
+}
+
+void StageRecorder::done(const std::string& summary) {
+  if (!costs_.empty()) {
+    StageCost& cost = costs_.back();
+    cost.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
+    cost.cpu_seconds = cpu_seconds() - cpu_started_;
+    cost.peak_bytes = peak_resident_bytes();
+  }
+  if (outer_ != nullptr) outer_->end(summary);
+}
+
+void StageRecorder::begin(std::string_view part) { part_ = part; }
+
+void StageRecorder::update(double fraction, std::string_view detail) {
+  if (outer_ == nullptr) return;
+  const bool named = !part_.empty() && (costs_.empty() || part_ != costs_.back().name);
+  outer_->update(fraction, named ? fmt::format("{}: {}", part_, detail) : std::string(detail));
+}
+
+void StageRecorder::end(std::string_view) { part_.clear(); }
+
+void StageRecorder::warn(std::string_view message) {
+  if (std::find(warnings_.begin(), warnings_.end(), message) != warnings_.end()) return;
+  warnings_.emplace_back(message);
+  if (outer_ != nullptr) outer_->warn(message);
+}
+
+}  // namespace lamina

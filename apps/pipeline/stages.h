@@ -1,0 +1,55 @@
+// Times and peak memory of the stages of a run, and its warnings, on their way to the caller's Progress.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "core/progress.h"
+
+namespace lamina {
+
+/// What one stage took.
+struct StageCost {
+  std::string name;
+  double wall_seconds = 0.0;
+  double cpu_seconds = 0.0;  ///< user + system, all threads
+  double peak_bytes =
+      0.0;  ///< largest resident set while it ran (of the run so far where the kernel cannot reset it)
+};
+
+/// A Progress that measures. The pipeline calls stage() and done(); what libraries call begin/end inside a
+/// stage is shown as its detail.
+class StageRecorder : public Progress {
+ public:
+  /// `outer` may be null.
+  explicit StageRecorder(Progress* outer) : outer_(outer) {}
+
+  void stage(const std::string& name);
+  void done(const std::string& summary);
+
+  void begin(std::string_view part) override;
+  void update(double fraction, std::string_view detail) override;
+  void end(std::string_view summary) override;
+  void warn(std::string_view message) override;
+  [[nodiscard]] bool cancelled() const override { return outer_ != nullptr && outer_->cancelled(); }
+
+  [[nodiscard]] const std::vector<StageCost>& costs() const { return costs_; }
+  /// Each message once.
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  Progress* outer_;
+  std::vector<StageCost> costs_;
+  std::vector<std::string> warnings_;
+  std::string part_;
+  std::chrono::steady_clock::time_point started_;
+  double cpu_started_ = 0.0;
+};
+
+/// User + system seconds of the process so far.
+double cpu_seconds();
+/// Largest resident set of the process since it was last reset, bytes; 0 where the system does not say.
+double peak_resident_bytes();
+
+}  // namespace lamina

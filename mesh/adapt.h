@@ -1,0 +1,63 @@
+// The anisotropic optimizer: makes a mesh unit in a metric that is evaluated directly at every new or moved vertex.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/field.h"
+#include "core/progress.h"
+#include "mesh/mesh.h"
+
+namespace lamina {
+
+/// A family of metrics from coarse to wanted: `size_floor` s raises every size below s to s; 0 is the wanted metric.
+template <int D>
+class AdaptMetric {
+ public:
+  virtual ~AdaptMetric() = default;
+  [[nodiscard]] virtual Metric<D> at(const Vec<D>& x, double size_floor) const = 0;
+};
+
+struct AdaptOptions {
+  double quality_floor = 0.1;   ///< no accepted operation makes a cell worse than min(floor, what was there)
+  double start_size = 0.0;      ///< first size floor; 0: the longest edge of the seed
+  double end_size = 0.0;        ///< smallest wanted size: the floor is halved until it is below this, then dropped
+  int passes_per_step = 3;      ///< block passes per step of the homotopy
+  int final_passes = 10;        ///< at the wanted metric
+  int block_vertices = 16384;   ///< vertices per block; fixed by the mesh, never by the thread count
+};
+
+/// Work of one operator.
+struct OperatorStats {
+  std::string name;
+  std::int64_t tried = 0, accepted = 0;
+  std::int64_t rejected_quality = 0, rejected_length = 0, rejected_class = 0;
+};
+
+/// State after one step of the homotopy: a row of the paper's Table 1.
+struct AdaptStep {
+  double size_floor = 0.0;
+  std::int64_t cells = 0, points = 0;
+  double unit_share = 0.0, quality_min = 0.0, quality_mean = 0.0;
+  double seconds = 0.0;
+};
+
+struct AdaptSummary {
+  std::vector<AdaptStep> steps;
+  std::vector<OperatorStats> operators;
+  double seconds = 0.0;
+  std::string stopped_because;
+};
+
+/// Adapts `mesh` in place. The boundary of the domain is kept: flat faces stay flat, edges and corners of a box stay.
+/// REQUIRES a valid mesh (mesh/validate.h) whose boundary facets lie in planes told apart by facet_tags.
+/// GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits for every thread
+/// count; (4) `metric` receives the metric of every vertex, evaluated at the wanted sizes.
+/// Errors: kAdapt (seed not usable), kInterrupted.
+template <int D>
+AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,
+                   const AdaptOptions& options, Progress* progress = nullptr);
+
+}  // namespace lamina

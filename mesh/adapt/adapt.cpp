@@ -1,0 +1,268 @@
+// The main path of the optimizer. The wanted smallest size is approached by halving a floor under all sizes, so that
+// at every step the mesh is at most a factor of two away from its metric; at each step the mesh is cut into pieces
+// along a Hilbert curve and every piece is visited by collapse, split, swap and smoothing sweeps.
+#include "mesh/adapt.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "core/parallel.h"
+#include "mesh/adapt/blocks.h"
+#include "mesh/adapt/operators.h"
+
+namespace lamina {
+namespace {
+
+using namespace adapt_detail;  // NOLINT: this file is the face of that namespace
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+template <int D>
+Vec<D> facet_normal(const Mesh<D>& mesh, const std::array<Index, D>& f) {
+  if constexpr (D == 2) {
+    const Vec2 e = mesh.points[f[1]] - mesh.points[f[0]];
+    return Vec2(e[1], -e[0]).normalized();
+  } else {
+    const Vec3 n = (mesh.points[f[1]] - mesh.points[f[0]]).cross(mesh.points[f[2]] - mesh.points[f[0]]);
+    return n.normalized();
+  }
+}
+
+// Boundary tags of the input, renumbered 1, 2, ... in ascending order, and back.
+struct TagMap {
+  std::map<Index, int> to_bit;
+  std::vector<Index> to_input{0};
+};
+
+template <int D>
+TagMap map_tags(const Mesh<D>& mesh, GlobalMesh<D>& global) {
+  constexpr int kMaxTags = 31;
+  TagMap tags;
+  for (std::size_t f = 0; f < mesh.facets.size(); ++f) tags.to_bit[mesh.facet_tags[f]] = 0;
+  if (tags.to_bit.size() > kMaxTags)
+    throw Error(ErrorCode::kAdapt, fmt::format("the mesh has {} boundary tags; at most {} planes are supported",
+                                               tags.to_bit.size(), kMaxTags));
+  for (auto& [input, bit] : tags.to_bit) {
+    bit = static_cast<int>(tags.to_input.size());
+    tags.to_input.push_back(input);
+  }
+  global.normals.fill(Vec<D>::Zero());
+  for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+    Vec<D>& normal = global.normals[tags.to_bit[mesh.facet_tags[f]]];
+    const Vec<D> n = facet_normal<D>(mesh, mesh.facets[f]);
+    constexpr double kFlat = 1e-9;
+    if (normal.isZero()) {
+      normal = n;
+    } else if ((normal - n).norm() > kFlat) {
+      throw Error(ErrorCode::kAdapt,
+                  fmt::format("boundary tag {} is not flat: give every plane of the boundary its own tag",
+                              mesh.facet_tags[f]));
+    }
+  }
+  return tags;
+}
+
+template <int D>
+GlobalMesh<D> import_mesh(const Mesh<D>& mesh, TagMap& tags) {
+  if (mesh.cells.empty()) throw Error(ErrorCode::kAdapt, "the mesh has no cells");
+  if (mesh.facet_tags.size() != mesh.facets.size())
+    throw Error(ErrorCode::kAdapt, "the mesh lists no tags for its boundary facets");
+  GlobalMesh<D> global;
+  tags = map_tags(mesh, global);
+  global.x = mesh.points;
+  global.cells = mesh.cells;
+  global.tags.assign(mesh.points.size(), 0);
+  std::map<std::array<Index, D>, int> listed;
+  for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+    auto key = mesh.facets[f];
+    for (const Index v : key) global.tags[v] |= tag_bit(tags.to_bit[mesh.facet_tags[f]]);
+    std::sort(key.begin(), key.end());
+    listed[key] = tags.to_bit[mesh.facet_tags[f]];
+  }
+  global.facet_tags.resize(mesh.cells.size());
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+    for (int i = 0; i <= D; ++i) {
+      std::array<Index, D> key;
+      for (int k = 0; k < D; ++k) key[k] = mesh.cells[c][kCellFacets<D>[i][k]];
+      std::sort(key.begin(), key.end());
+      const auto found = listed.find(key);
+      global.facet_tags[c][i] = found == listed.end() ? 0 : static_cast<std::uint8_t>(found->second);
+    }
+  }
+  for (const Vec<D>& x : global.x) global.bounds.extend(x);
+  return global;
+}
+
+template <int D>
+void export_mesh(const GlobalMesh<D>& global, const TagMap& tags, Mesh<D>& mesh) {
+  mesh = Mesh<D>{};
+  mesh.points = global.x;
+  mesh.cells = global.cells;
+  for (std::size_t c = 0; c < global.cells.size(); ++c) {
+    for (int i = 0; i <= D; ++i) {
+      if (global.facet_tags[c][i] == 0) continue;
+      std::array<Index, D> f;
+      for (int k = 0; k < D; ++k) f[k] = global.cells[c][kCellFacets<D>[i][k]];
+      mesh.facets.push_back(f);
+      mesh.facet_tags.push_back(tags.to_input[global.facet_tags[c][i]]);
+    }
+  }
+}
+
+template <int D>
+double longest_edge(const GlobalMesh<D>& mesh) {
+  double longest = 0.0;
+  for (const auto& cell : mesh.cells)
+    for (const auto& e : kCellEdges<D>) longest = std::max(longest, (mesh.x[cell[e[1]]] - mesh.x[cell[e[0]]]).norm());
+  return longest;
+}
+
+template <int D>
+void evaluate_metric(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, int pass) {
+  mesh.metric.resize(mesh.x.size());
+  mesh.changed.resize(mesh.x.size(), pass);
+  for_each_index(
+      mesh.x.size(),
+      [&](std::size_t v) {
+        const Metric<D> m = field.at(mesh.x[v], floor);
+        if (m.tensor() != mesh.metric[v].tensor()) mesh.changed[v] = pass;
+        mesh.metric[v] = m;
+      },
+      256);
+}
+
+/// Shares of the mesh in its metric; edges are counted once per cell, which is close enough to steer by.
+template <int D>
+AdaptStep measure(const GlobalMesh<D>& mesh) {
+  struct Sums {
+    std::int64_t unit = 0, edges = 0;
+    double quality = 0.0, worst = 1.0;
+  };
+  const Sums sums = reduce(
+      mesh.cells.size(), Sums{},
+      [&](std::size_t begin, std::size_t end) {
+        Sums s;
+        for (std::size_t c = begin; c < end; ++c) {
+          std::array<Vec<D>, D + 1> x;
+          std::array<const Metric<D>*, D + 1> m;
+          for (int i = 0; i <= D; ++i) {
+            x[i] = mesh.x[mesh.cells[c][i]];
+            m[i] = &mesh.metric[mesh.cells[c][i]];
+          }
+          const double q = cell_quality<D>(x, m);
+          s.quality += q;
+          s.worst = std::min(s.worst, q);
+          for (const auto& e : kCellEdges<D>) {
+            const double l = edge_length<D>(x[e[0]], *m[e[0]], x[e[1]], *m[e[1]]);
+            s.unit += l >= kUnitMin && l <= kUnitMax;
+            ++s.edges;
+          }
+        }
+        return s;
+      },
+      [](const Sums& a, const Sums& b) {
+        return Sums{a.unit + b.unit, a.edges + b.edges, a.quality + b.quality, std::min(a.worst, b.worst)};
+      });
+  AdaptStep step;
+  step.cells = static_cast<std::int64_t>(mesh.cells.size());
+  step.points = static_cast<std::int64_t>(mesh.x.size());
+  step.unit_share = static_cast<double>(sums.unit) / static_cast<double>(sums.edges);
+  step.quality_min = sums.worst;
+  step.quality_mean = sums.quality / static_cast<double>(mesh.cells.size());
+  return step;
+}
+
+void add_stats(std::vector<OperatorStats>& total, const std::array<OperatorStats, kOperatorCount>& part) {
+  for (int i = 0; i < kOperatorCount; ++i) {
+    total[i].tried += part[i].tried;
+    total[i].accepted += part[i].accepted;
+    total[i].rejected_quality += part[i].rejected_quality;
+    total[i].rejected_length += part[i].rejected_length;
+    total[i].rejected_class += part[i].rejected_class;
+  }
+}
+
+/// One visit of every piece.
+template <int D>
+void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, const AdaptOptions& options, int pass,
+              bool last, AdaptSummary& summary) {
+  constexpr std::size_t kCellsPerVertex = D == 3 ? 5 : 2;
+  const std::size_t cells_per_block = kCellsPerVertex * static_cast<std::size_t>(options.block_vertices);
+  std::vector<std::array<OperatorStats, kOperatorCount>> stats(block_count(mesh, cells_per_block));
+  block_pass<D>(mesh, pass, cells_per_block, [&](LocalMesh<D>& local, std::size_t block) {
+    Operators<D> op(local, field, floor);
+    Rules rules;
+    rules.floor = options.quality_floor;
+    rules.swap_below = last ? 0.8 : 0.6;
+    op.collapse_sweep(rules);
+    for (const double threshold : {2.83, 2.0, kUnitMax}) {
+      rules.long_edge = threshold;
+      op.split_sweep(rules);
+    }
+    op.swap_sweep(rules);
+    op.smooth_sweep(rules);
+    op.repair_sweep(rules, 0.35);
+    if (last) {
+      op.collapse_sweep(rules);
+      op.swap_sweep(rules);
+      op.smooth_sweep(rules);
+    }
+    stats[block] = op.stats();
+  });
+  for (const auto& s : stats) add_stats(summary.operators, s);
+}
+
+}  // namespace
+
+template <int D>
+AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,
+                   const AdaptOptions& options, Progress* progress) {
+  const auto start = std::chrono::steady_clock::now();
+  AdaptSummary summary;
+  for (const char* name : {"collapse", "split", "swap", "smooth", "repair"}) {
+    summary.operators.emplace_back();
+    summary.operators.back().name = name;
+  }
+  TagMap tags;
+  GlobalMesh<D> global = import_mesh(mesh, tags);
+  std::vector<double> floors;
+  for (double s = options.start_size > 0.0 ? options.start_size : longest_edge(global); s > options.end_size; s *= 0.5)
+    floors.push_back(s);
+  floors.push_back(0.0);
+  int pass = 0;
+  for (std::size_t k = 0; k < floors.size(); ++k) {
+    const auto step_start = std::chrono::steady_clock::now();
+    const bool last = k + 1 == floors.size();
+    evaluate_metric(global, field, floors[k], pass);
+    const int passes = last ? options.final_passes : options.passes_per_step;
+    for (int i = 0; i < passes; ++i, ++pass) {
+      if (progress) progress->check_cancelled();
+      run_pass(global, field, floors[k], options, pass, last, summary);
+    }
+    AdaptStep step = measure(global);
+    step.size_floor = floors[k];
+    step.seconds = seconds_since(step_start);
+    summary.steps.push_back(step);
+    if (progress) {
+      progress->update(static_cast<double>(k + 1) / static_cast<double>(floors.size()),
+                       fmt::format("step {} of {}, {} cells, {:.1f} % unit edges", k + 1, floors.size(), step.cells,
+                                   100.0 * step.unit_share));
+    }
+  }
+  export_mesh(global, tags, mesh);
+  metric = std::move(global.metric);
+  summary.seconds = seconds_since(start);
+  summary.stopped_because = "all steps done";
+  return summary;
+}
+
+template AdaptSummary adapt(Mesh<2>&, const AdaptMetric<2>&, std::vector<Metric<2>>&, const AdaptOptions&, Progress*);
+template AdaptSummary adapt(Mesh<3>&, const AdaptMetric<3>&, std::vector<Metric<3>>&, const AdaptOptions&, Progress*);
+
+}  // namespace lamina

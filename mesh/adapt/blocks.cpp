@@ -1,0 +1,280 @@
+#include "mesh/adapt/blocks.h"
+
+#include <algorithm>
+
+#include "core/hilbert.h"
+#include "core/parallel.h"
+
+namespace lamina::adapt_detail {
+namespace {
+
+// Open addressing from a 64-bit key to an index; sized once.
+class IndexMap {
+ public:
+  explicit IndexMap(std::size_t expected) {
+    std::size_t size = 16;
+    while (size < 2 * expected) size *= 2;
+    keys_.assign(size, kEmpty);
+    values_.resize(size);
+  }
+  /// The slot of `key`; `inserted` tells whether it is new.
+  Index& at(std::uint64_t key, bool& inserted) {
+    std::size_t i = (key * 0x9E3779B97F4A7C15ULL) >> 20U & (keys_.size() - 1);
+    while (keys_[i] != kEmpty && keys_[i] != key) i = (i + 1) & (keys_.size() - 1);
+    inserted = keys_[i] == kEmpty;
+    keys_[i] = key;
+    return values_[i];
+  }
+
+ private:
+  static constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
+  std::vector<std::uint64_t> keys_;
+  std::vector<Index> values_;
+};
+
+template <int D>
+struct Piece {
+  LocalMesh<D> mesh;
+  std::vector<Index> global;  // global id of each vertex the piece started with
+};
+
+// Facet key: D vertex ids of 21 bits at least; a piece has far fewer than 2^21 vertices.
+template <int D>
+std::uint64_t facet_key(std::array<Index, D> f) {
+  std::sort(f.begin(), f.end());
+  std::uint64_t key = 0;
+  for (const Index v : f) key = key << 21U | static_cast<std::uint64_t>(v);
+  return key;
+}
+
+template <int D>
+void connect(LocalMesh<D>& local, const std::vector<std::array<std::uint8_t, D + 1>>& tags) {
+  IndexMap open(local.cells.size() * (D + 1) / 2 + 16);
+  for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
+    auto& cell = local.cells[c];
+    for (int i = 0; i <= D; ++i) {
+      if (tags[c][i] != 0) {
+        cell.n[i] = boundary_code(tags[c][i]);
+        continue;
+      }
+      cell.n[i] = kInterface;
+      std::array<Index, D> f;
+      for (int k = 0; k < D; ++k) f[k] = cell.v[kCellFacets<D>[i][k]];
+      bool inserted = false;
+      Index& slot = open.at(facet_key<D>(f), inserted);
+      if (inserted) {
+        slot = c * (D + 1) + i;
+      } else {
+        local.cells[slot / (D + 1)].n[slot % (D + 1)] = c;
+        cell.n[i] = slot / (D + 1);
+      }
+    }
+  }
+}
+
+template <int D>
+Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t count, int pass) {
+  Piece<D> piece;
+  LocalMesh<D>& local = piece.mesh;
+  local.pass = pass;
+  local.normals = mesh.normals;
+  local.cells.resize(count);
+  std::vector<std::array<std::uint8_t, D + 1>> tags(count);
+  IndexMap ids(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const Index g = cells[k];
+    tags[k] = mesh.facet_tags[g];
+    for (int i = 0; i <= D; ++i) {
+      const Index v = mesh.cells[g][i];
+      bool inserted = false;
+      Index& slot = ids.at(static_cast<std::uint64_t>(v), inserted);
+      if (inserted) {
+        slot = static_cast<Index>(piece.global.size());
+        piece.global.push_back(v);
+        typename LocalMesh<D>::Vertex vertex;
+        vertex.x = mesh.x[v];
+        vertex.metric = mesh.metric[v];
+        vertex.density = vertex.metric.sqrt_det();
+        vertex.tags = mesh.tags[v];
+        vertex.changed = mesh.changed[v];
+        local.vertices.push_back(vertex);
+      }
+      local.cells[k].v[i] = slot;
+      local.vertices[slot].cell = static_cast<Index>(k);
+    }
+    local.cells[k].quality = local.quality(local.cells[k].v);
+  }
+  connect<D>(local, tags);
+  for (const auto& cell : local.cells)
+    for (int i = 0; i <= D; ++i)
+      if (cell.n[i] == kInterface)
+        for (int k = 0; k < D; ++k) local.vertices[cell.v[kCellFacets<D>[i][k]]].frozen = true;
+  return piece;
+}
+
+// What a piece leaves behind: cells with ids < old vertex count (kept) or old count + running number (new).
+template <int D>
+struct Result {
+  std::vector<std::array<Index, D + 1>> cells;
+  std::vector<std::array<std::uint8_t, D + 1>> facet_tags;
+  std::vector<typename LocalMesh<D>::Vertex> added;
+  std::vector<Index> frozen;  // vertices on interfaces, listed by every piece that has them
+};
+
+template <int D>
+Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std::uint8_t>& alive) {
+  const LocalMesh<D>& local = piece.mesh;
+  const Index old_count = static_cast<Index>(mesh.x.size());
+  Result<D> r;
+  std::vector<Index> id(local.vertices.size(), kNone);
+  for (std::size_t v = 0; v < local.vertices.size(); ++v) {
+    const auto& vertex = local.vertices[v];
+    const bool known = v < piece.global.size();
+    if (vertex.cell < 0) {
+      if (known) alive[piece.global[v]] = 0;
+      continue;
+    }
+    if (known) {
+      id[v] = piece.global[v];
+      if (vertex.frozen) {
+        r.frozen.push_back(id[v]);
+        continue;
+      }
+      mesh.changed[id[v]] = vertex.changed;
+      mesh.x[id[v]] = vertex.x;
+      mesh.metric[id[v]] = vertex.metric;
+      mesh.tags[id[v]] = vertex.tags;
+    } else {
+      id[v] = old_count + static_cast<Index>(r.added.size());
+      r.added.push_back(vertex);
+    }
+  }
+  for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
+    if (!local.alive(c)) continue;
+    const auto& cell = local.cells[c];
+    std::array<Index, D + 1> v;
+    std::array<std::uint8_t, D + 1> t;
+    for (int i = 0; i <= D; ++i) {
+      v[i] = id[cell.v[i]];
+      t[i] = is_boundary(cell.n[i]) ? static_cast<std::uint8_t>(boundary_tag(cell.n[i])) : 0;
+    }
+    r.cells.push_back(v);
+    r.facet_tags.push_back(t);
+  }
+  return r;
+}
+
+// Joins the results in piece order and closes the gaps that removed vertices left.
+template <int D>
+void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std::vector<std::uint8_t>& alive,
+          int pass) {
+  const auto old_count = static_cast<Index>(mesh.x.size());
+  // What an interface kept from being tried is tried in the next pass.
+  for (const auto& r : results)
+    for (const Index v : r.frozen) mesh.changed[v] = pass;
+  std::vector<Index> renumber(alive.size(), kNone);
+  Index kept = 0;
+  for (Index v = 0; v < old_count; ++v) {
+    if (!alive[v]) continue;
+    renumber[v] = kept;
+    mesh.x[kept] = mesh.x[v];
+    mesh.metric[kept] = mesh.metric[v];
+    mesh.tags[kept] = mesh.tags[v];
+    mesh.changed[kept] = mesh.changed[v];
+    ++kept;
+  }
+  std::vector<std::int64_t> vertex_base, cell_base;
+  for (const auto& r : results) {
+    vertex_base.push_back(static_cast<std::int64_t>(r.added.size()));
+    cell_base.push_back(static_cast<std::int64_t>(r.cells.size()));
+  }
+  const auto added = exclusive_scan(vertex_base);
+  const auto cells = exclusive_scan(cell_base);
+  mesh.x.resize(kept + added);
+  mesh.metric.resize(kept + added);
+  mesh.tags.resize(kept + added);
+  mesh.changed.resize(kept + added);
+  mesh.cells.resize(cells);
+  mesh.facet_tags.resize(cells);
+  for_each_index(
+      results.size(),
+      [&](std::size_t b) {
+        const auto& r = results[b];
+        for (std::size_t i = 0; i < r.added.size(); ++i) {
+          const auto v = kept + vertex_base[b] + static_cast<std::int64_t>(i);
+          mesh.x[v] = r.added[i].x;
+          mesh.metric[v] = r.added[i].metric;
+          mesh.tags[v] = r.added[i].tags;
+          mesh.changed[v] = r.added[i].changed;
+        }
+        for (std::size_t i = 0; i < r.cells.size(); ++i) {
+          auto& cell = mesh.cells[cell_base[b] + static_cast<std::int64_t>(i)];
+          for (int k = 0; k <= D; ++k) {
+            const Index v = r.cells[i][k];
+            cell[k] = v < old_count ? renumber[v]
+                                    : static_cast<Index>(kept + vertex_base[b] + (v - old_count));
+          }
+          mesh.facet_tags[cell_base[b] + static_cast<std::int64_t>(i)] = r.facet_tags[i];
+        }
+      },
+      1);
+}
+
+// The curve of pass k: the bounds enlarged to twice their size and shifted by fractions that never repeat.
+template <int D>
+Box<D> curve_box(const GlobalMesh<D>& mesh, int pass) {
+  constexpr std::array<double, 3> kShift = {0.7548776662466927, 0.5698402909980532, 0.3247179572447460};
+  Box<D> box;
+  for (int i = 0; i < D; ++i) {
+    const double size = mesh.bounds.hi[i] - mesh.bounds.lo[i];
+    const double s = kShift[i] * pass;
+    box.lo[i] = mesh.bounds.lo[i] - size * (s - std::floor(s));
+    box.hi[i] = box.lo[i] + 2.0 * size;
+  }
+  return box;
+}
+
+}  // namespace
+
+template <int D>
+std::size_t block_count(const GlobalMesh<D>& mesh, std::size_t cells_per_block) {
+  return std::max<std::size_t>(1, (mesh.cells.size() + cells_per_block / 2) / cells_per_block);
+}
+
+template <int D>
+void block_pass(GlobalMesh<D>& mesh, int pass, std::size_t cells_per_block,
+                const std::function<void(LocalMesh<D>&, std::size_t)>& visit) {
+  const std::size_t n = mesh.cells.size();
+  const std::size_t blocks = block_count(mesh, cells_per_block);
+  const Box<D> box = curve_box(mesh, pass);
+  std::vector<std::uint64_t> keys(n);
+  for_each_index(n, [&](std::size_t c) {
+    Vec<D> center = Vec<D>::Zero();
+    for (const Index v : mesh.cells[c]) center += mesh.x[v] / (D + 1);
+    keys[c] = hilbert_key<D>(center, box);
+  });
+  const std::vector<Index> order = sorted_order(keys);
+  std::vector<std::uint8_t> alive(mesh.x.size(), 1);
+  std::vector<Result<D>> results(blocks);
+  for_each_index(
+      blocks,
+      [&](std::size_t b) {
+        const std::size_t begin = n * b / blocks;
+        const std::size_t end = n * (b + 1) / blocks;
+        Piece<D> piece = extract<D>(mesh, order.data() + begin, end - begin, pass);
+        visit(piece.mesh, b);
+        // Vertices that are not frozen belong to this piece alone, so their slots are written by no one else.
+        results[b] = write_back<D>(piece, mesh, alive);
+      },
+      1);
+  join<D>(mesh, results, alive, pass);
+}
+
+template std::size_t block_count(const GlobalMesh<2>&, std::size_t);
+template std::size_t block_count(const GlobalMesh<3>&, std::size_t);
+template void block_pass(GlobalMesh<2>&, int, std::size_t,
+                         const std::function<void(LocalMesh<2>&, std::size_t)>&);
+template void block_pass(GlobalMesh<3>&, int, std::size_t,
+                         const std::function<void(LocalMesh<3>&, std::size_t)>&);
+
+}  // namespace lamina::adapt_detail

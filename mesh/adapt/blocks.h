@@ -1,0 +1,38 @@
+// Cuts the mesh into pieces along a Hilbert curve, adapts them at the same time, and joins them again.
+//
+// The number of pieces follows from the mesh alone, each is adapted by serial code, and ids are given in piece order,
+// so the result does not depend on the number of threads. The curve is shifted from pass to pass, so that what was
+// frozen between two pieces lies inside one in the next pass.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "mesh/adapt.h"
+#include "mesh/adapt/local_mesh.h"
+
+namespace lamina::adapt_detail {
+
+/// The mesh between passes.
+template <int D>
+struct GlobalMesh {
+  std::vector<Vec<D>> x;
+  std::vector<Metric<D>> metric;
+  std::vector<TagSet> tags;
+  std::vector<int> changed;  ///< as LocalMesh::Vertex::changed
+  std::vector<std::array<Index, D + 1>> cells;
+  std::vector<std::array<std::uint8_t, D + 1>> facet_tags;  ///< 0: interior
+  std::array<Vec<D>, 32> normals;
+  Box<D> bounds;
+};
+
+/// One pass: visit(piece) is called once for every piece, on any thread.
+template <int D>
+void block_pass(GlobalMesh<D>& mesh, int pass, std::size_t cells_per_block,
+                const std::function<void(LocalMesh<D>&, std::size_t block)>& visit);
+
+/// Number of pieces the next pass will have.
+template <int D>
+std::size_t block_count(const GlobalMesh<D>& mesh, std::size_t cells_per_block);
+
+}  // namespace lamina::adapt_detail

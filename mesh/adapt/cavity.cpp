@@ -1,0 +1,310 @@
+#include "mesh/adapt/cavity.h"
+
+#include <algorithm>
+
+#include "core/predicates.h"
+
+namespace lamina::adapt_detail {
+namespace {
+
+// Above this quality the rounding error of the volume in metric space cannot reach its sign (aspect ratios to 1e9).
+constexpr double kSignIsSafe = 1e-4;
+
+template <int D>
+std::uint64_t ridge_key(const std::array<Index, D + 1>& v, int skip) {
+  if constexpr (D == 2) {
+    return static_cast<std::uint64_t>(v[3 - skip]);
+  } else {
+    Index a = v[skip == 1 ? 2 : 1];
+    Index b = v[skip == 3 ? 2 : 3];
+    if (a > b) std::swap(a, b);
+    return static_cast<std::uint64_t>(a) << 32U | static_cast<std::uint32_t>(b);
+  }
+}
+
+template <int D>
+std::uint64_t facet_ridge_key(const std::array<Index, D>& f, int skip) {
+  if constexpr (D == 2) {
+    return static_cast<std::uint64_t>(f[1 - skip]);
+  } else {
+    Index a = f[(skip + 1) % 3];
+    Index b = f[(skip + 2) % 3];
+    if (a > b) std::swap(a, b);
+    return static_cast<std::uint64_t>(a) << 32U | static_cast<std::uint32_t>(b);
+  }
+}
+
+}  // namespace
+
+template <int D>
+void Cavity<D>::begin() {
+  ++mesh_.stamp;
+  cells_.clear();
+  edge_tags_ = 0;
+}
+
+template <int D>
+void Cavity<D>::add(Index c) {
+  mesh_.cells[c].mark = mesh_.stamp;
+  cells_.push_back(c);
+}
+
+template <int D>
+void Cavity<D>::set_ball(Index a) {
+  begin();
+  add(mesh_.vertices[a].cell);
+  for (std::size_t k = 0; k < cells_.size(); ++k) {
+    const auto& cell = mesh_.cells[cells_[k]];
+    for (int i = 0; i <= D; ++i) {
+      const Index n = cell.n[i];
+      if (cell.v[i] != a && n >= 0 && mesh_.cells[n].mark != mesh_.stamp) add(n);
+    }
+  }
+}
+
+template <int D>
+bool Cavity<D>::set_shell(Index c, Index a, Index b) {
+  begin();
+  add(c);
+  for (std::size_t k = 0; k < cells_.size(); ++k) {
+    const auto& cell = mesh_.cells[cells_[k]];
+    for (int i = 0; i <= D; ++i) {
+      if (cell.v[i] == a || cell.v[i] == b) continue;
+      const Index n = cell.n[i];
+      if (n == kInterface) return false;
+      if (is_boundary(n)) {
+        edge_tags_ |= tag_bit(boundary_tag(n));
+      } else if (mesh_.cells[n].mark != mesh_.stamp) {
+        add(n);
+      }
+    }
+  }
+  return true;
+}
+
+template <int D>
+void Cavity<D>::set_pair(Index c, int i) {
+  begin();
+  add(c);
+  add(mesh_.cells[c].n[i]);
+}
+
+template <int D>
+bool Cavity<D>::grow(Index c, int i) {
+  const Index n = mesh_.cells[c].n[i];
+  if (n < 0) return false;
+  add(n);
+  return true;
+}
+
+template <int D>
+double Cavity<D>::worst_quality() const {
+  double worst = 1.0;
+  for (const Index c : cells_) worst = std::min(worst, mesh_.cells[c].quality);
+  return worst;
+}
+
+template <int D>
+bool Cavity<D>::add_outer_facet(Index c, int i, const Vertex& p, Index id, double floor) {
+  const auto& cell = mesh_.cells[c];
+  const Index outside = cell.n[i];
+  int back = 0;
+  if (outside >= 0) {
+    while (mesh_.cells[outside].n[back] != c) ++back;
+  }
+  Star star;
+  star.v[0] = id;
+  bool contains_p = false;
+  for (int k = 0; k < D; ++k) {
+    star.v[k + 1] = cell.v[kCellFacets<D>[i][k]];
+    contains_p = contains_p || star.v[k + 1] == id;
+  }
+  const bool coplanar = is_boundary(outside) && (p.tags & tag_bit(boundary_tag(outside))) != 0;
+  if ((contains_p && id != kNone) || coplanar) {
+    Dropped d;
+    std::copy(star.v.begin() + 1, star.v.end(), d.v.begin());
+    d.outside = outside;
+    d.back = back;
+    d.contains_p = contains_p && id != kNone;
+    d.matched = false;
+    dropped_.push_back(d);
+    return true;
+  }
+  std::array<const Vertex*, D + 1> w;
+  w[0] = &p;
+  for (int k = 1; k <= D; ++k) w[k] = &mesh_.vertices[star.v[k]];
+  star.quality = mesh_.quality(w);
+  bool good = star.quality > floor;
+  if (good && star.quality < kSignIsSafe) {
+    std::array<Vec<D>, D + 1> x;
+    for (int k = 0; k <= D; ++k) x[k] = w[k]->x;
+    good = orient<D>(x) > 0.0;
+  }
+  if (!good) {
+    blocking_cell_ = c;
+    blocking_facet_ = i;
+    return false;
+  }
+  star.outside = outside;
+  star.back = back;
+  star.inner.fill(kNone);
+  proposed_worst_ = std::min(proposed_worst_, star.quality);
+  stars_.push_back(star);
+  return true;
+}
+
+template <int D>
+bool Cavity<D>::collect(const Vertex& p, Index id, double floor) {
+  stars_.clear();
+  dropped_.clear();
+  proposed_worst_ = 1.0;
+  blocking_cell_ = kNone;
+  for (const Index c : cells_) {
+    for (int i = 0; i <= D; ++i) {
+      const Index n = mesh_.cells[c].n[i];
+      if (n >= 0 && mesh_.cells[n].mark == mesh_.stamp) continue;
+      if (!add_outer_facet(c, i, p, id, floor)) return false;
+    }
+  }
+  return !stars_.empty();
+}
+
+template <int D>
+bool Cavity<D>::glue_single(const Ridge& ridge, Index id) {
+  Star& star = stars_[ridge.star];
+  for (Dropped& d : dropped_) {
+    for (int k = 0; k < D; ++k) {
+      if (d.contains_p ? d.v[k] != id : false) continue;
+      if (facet_ridge_key<D>(d.v, k) != ridge.key) continue;
+      if (d.contains_p) {
+        if (d.matched) return false;
+        d.matched = true;
+        star.outer[ridge.facet] = d.outside;
+        star.outer_back[ridge.facet] = d.back;
+      } else {
+        star.outer[ridge.facet] = d.outside;  // a boundary code: the new facet lies in the same plane
+      }
+      return true;
+    }
+  }
+  return false;
+}
+
+template <int D>
+bool Cavity<D>::glue(Index id) {
+  ridges_.clear();
+  for (Index s = 0; s < static_cast<Index>(stars_.size()); ++s)
+    for (int k = 1; k <= D; ++k) ridges_.push_back({ridge_key<D>(stars_[s].v, k), s, k});
+  std::sort(ridges_.begin(), ridges_.end(), [](const Ridge& a, const Ridge& b) {
+    return a.key != b.key ? a.key < b.key : a.star < b.star;
+  });
+  for (std::size_t r = 0; r < ridges_.size();) {
+    std::size_t end = r + 1;
+    while (end < ridges_.size() && ridges_[end].key == ridges_[r].key) ++end;
+    if (end - r == 2) {
+      stars_[ridges_[r].star].inner[ridges_[r].facet] = ridges_[r + 1].star;
+      stars_[ridges_[r + 1].star].inner[ridges_[r + 1].facet] = ridges_[r].star;
+    } else if (end - r != 1 || !glue_single(ridges_[r], id)) {
+      return false;
+    }
+    r = end;
+  }
+  for (const Dropped& d : dropped_)
+    if (d.contains_p && !d.matched && !is_boundary(d.outside)) return false;
+  return true;
+}
+
+template <int D>
+bool Cavity<D>::covers_all_vertices(Index id, Index removed) {
+  const std::uint32_t seen = ++mesh_.vertex_stamp;
+  link_.clear();
+  for (const Star& s : stars_) {
+    for (int k = 1; k <= D; ++k) {
+      auto& v = mesh_.vertices[s.v[k]];
+      if (v.mark == seen) continue;
+      v.mark = seen;
+      link_.push_back(s.v[k]);
+    }
+  }
+  for (const Index c : cells_)
+    for (const Index v : mesh_.cells[c].v)
+      if (mesh_.vertices[v].mark != seen && v != id && v != removed) return false;
+  return true;
+}
+
+template <int D>
+bool Cavity<D>::propose(const Vertex& p, Index id, double floor, Index removed) {
+  if (!collect(p, id, floor)) return false;
+  const bool closed = glue(id) && covers_all_vertices(id, removed);
+  if (!closed) blocking_cell_ = kNone;
+  return closed;
+}
+
+template <int D>
+Index Cavity<D>::commit(const Vertex& p, Index id) {
+  for (const Index c : cells_)
+    for (const Index v : mesh_.cells[c].v) mesh_.vertices[v].cell = kNone;
+  if (id == kNone) {
+    if (mesh_.free_vertices.empty()) {
+      id = static_cast<Index>(mesh_.vertices.size());
+      mesh_.vertices.emplace_back();
+    } else {
+      id = mesh_.free_vertices.back();
+      mesh_.free_vertices.pop_back();
+    }
+  }
+  mesh_.vertices[id] = p;
+  old_vertices_.clear();
+  for (const Index c : cells_)
+    for (const Index v : mesh_.cells[c].v) old_vertices_.push_back(v);
+  // Slots of the cavity are used again, then freed ones, then new ones.
+  slots_.resize(stars_.size());
+  for (std::size_t s = 0; s < stars_.size(); ++s) {
+    if (s < cells_.size()) {
+      slots_[s] = cells_[s];
+    } else if (!mesh_.free_cells.empty()) {
+      slots_[s] = mesh_.free_cells.back();
+      mesh_.free_cells.pop_back();
+    } else {
+      slots_[s] = static_cast<Index>(mesh_.cells.size());
+      mesh_.cells.emplace_back();
+    }
+  }
+  for (std::size_t s = stars_.size(); s < cells_.size(); ++s) {
+    mesh_.cells[cells_[s]].v[0] = kNone;
+    mesh_.free_cells.push_back(cells_[s]);
+  }
+  for (std::size_t s = 0; s < stars_.size(); ++s) {
+    const Star& star = stars_[s];
+    auto& cell = mesh_.cells[slots_[s]];
+    cell.v = star.v;
+    cell.v[0] = id;
+    cell.quality = star.quality;
+    cell.mark = 0;
+    cell.n[0] = star.outside;
+    if (star.outside >= 0) mesh_.cells[star.outside].n[star.back] = slots_[s];
+    for (int k = 1; k <= D; ++k) {
+      if (star.inner[k] != kNone) {
+        cell.n[k] = slots_[star.inner[k]];
+      } else {
+        cell.n[k] = star.outer[k];
+        if (star.outer[k] >= 0) mesh_.cells[star.outer[k]].n[star.outer_back[k]] = slots_[s];
+      }
+    }
+    for (const Index v : cell.v) {
+      mesh_.vertices[v].cell = slots_[s];
+      mesh_.vertices[v].changed = mesh_.pass;
+    }
+  }
+  for (const Index v : old_vertices_) {
+    if (mesh_.vertices[v].cell != kNone) continue;
+    mesh_.vertices[v].cell = kNone - 1;  // listed once even though several cells held it
+    mesh_.free_vertices.push_back(v);
+  }
+  return id;
+}
+
+template class Cavity<2>;
+template class Cavity<3>;
+
+}  // namespace lamina::adapt_detail

@@ -1,0 +1,95 @@
+// The one operation of the optimizer: a set of cells is replaced by the star of a point.
+//
+// Split, collapse, swap and point insertion are choices of cavity and point. The star is accepted only when it closes:
+// every facet of a new cell is shared with exactly one other new cell, with the mesh around the cavity, or lies on the
+// boundary of the domain. Together with positive volumes this makes the new cells fill the cavity exactly.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "mesh/adapt/local_mesh.h"
+
+namespace lamina::adapt_detail {
+
+template <int D>
+class Cavity {
+ public:
+  using Local = LocalMesh<D>;
+  using Vertex = typename Local::Vertex;
+
+  explicit Cavity(Local& mesh) : mesh_(mesh) {}
+
+  /// All cells around vertex a. REQUIRES that a is not on an interface.
+  void set_ball(Index a);
+  /// All cells around the edge a-b of cell c. Returns false when the edge touches an interface.
+  bool set_shell(Index c, Index a, Index b);
+  /// The two cells that share facet i of cell c. REQUIRES a neighbour there.
+  void set_pair(Index c, int i);
+  /// Adds the cell across facet i of cavity cell c. Returns false when there is none.
+  bool grow(Index c, int i);
+
+  [[nodiscard]] const std::vector<Index>& cells() const { return cells_; }
+  /// Boundary tags that the edge of set_shell() lies on; 0 when it is interior.
+  [[nodiscard]] TagSet edge_tags() const { return edge_tags_; }
+  [[nodiscard]] double worst_quality() const;
+
+  /// Proposes the star of `p` (existing vertex `id`, or a new one when id == kNone) in place of the cavity, after
+  /// which vertex `removed` (or none) has lost all its cells.
+  /// Returns false as soon as a cell is not positive or its quality is not above `floor`, or the star does not close;
+  /// blocking_cell() and blocking_facet() then tell the outer facet that failed, or kNone.
+  bool propose(const Vertex& p, Index id, double floor, Index removed = kNone);
+  [[nodiscard]] Index blocking_cell() const { return blocking_cell_; }
+  [[nodiscard]] int blocking_facet() const { return blocking_facet_; }
+  /// Vertices that the star joins to p, each once. Valid after propose() succeeded.
+  [[nodiscard]] std::span<const Index> link() const { return link_; }
+  [[nodiscard]] double proposed_worst() const { return proposed_worst_; }
+  [[nodiscard]] std::size_t proposed_size() const { return stars_.size(); }
+
+  /// Carries out the last successful proposal; p becomes vertex `id` or a new one. Returns the vertex.
+  Index commit(const Vertex& p, Index id);
+
+ private:
+  struct Star {                       // a proposed cell: p and an outer facet of the cavity
+    std::array<Index, D + 1> v;       // v[0] stands for p
+    double quality;
+    Index outside;                    // neighbour code across the outer facet
+    int back;                         // facet of `outside` that looks at the cavity
+    std::array<Index, D + 1> inner;   // across facet i >= 1: star index, or kNone and then ...
+    std::array<Index, D + 1> outer;   // ... neighbour code
+    std::array<int, D + 1> outer_back;
+  };
+  struct Dropped {                    // an outer facet that contains p, or lies in a boundary plane through p
+    std::array<Index, D> v;
+    Index outside;
+    int back;
+    bool contains_p, matched;
+  };
+  struct Ridge {                      // a facet of a star cell that contains p, without p
+    std::uint64_t key;
+    Index star;
+    int facet;
+  };
+
+  void begin();
+  void add(Index c);
+  bool collect(const Vertex& p, Index id, double floor);
+  bool add_outer_facet(Index c, int i, const Vertex& p, Index id, double floor);
+  bool glue(Index id);
+  bool glue_single(const Ridge& ridge, Index id);
+  bool covers_all_vertices(Index id, Index removed);
+
+  Local& mesh_;
+  std::vector<Index> cells_;
+  TagSet edge_tags_ = 0;
+  std::vector<Star> stars_;
+  std::vector<Dropped> dropped_;
+  std::vector<Ridge> ridges_;
+  std::vector<Index> link_;
+  double proposed_worst_ = 0.0;
+  Index blocking_cell_ = kNone;
+  int blocking_facet_ = 0;
+  std::vector<Index> slots_, old_vertices_;  // scratch of commit()
+};
+
+}  // namespace lamina::adapt_detail

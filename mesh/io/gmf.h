@@ -1,0 +1,45 @@
+// GMF, the format of INRIA's libMeshb: .mesh / .sol (ascii) and .meshb / .solb (binary).
+//
+// Binary files are a chain of sections: int32 keyword, position of the next keyword, count, records. The
+// header int32 is 1 in the byte order of the writer. Version 1: float32 reals; 2: float64; 3: float64 and
+// 64-bit positions; 4: 64-bit integers as well. We write version 2 while positions fit 31 bits, else 3, in
+// little-endian order. Read are Vertices, Edges, Triangles, Tetrahedra and SolAtVertices; every other keyword
+// is skipped: in binary by the position of the next one, which must grow and stay inside the file, in ascii
+// up to the next word. Whether a file is ascii or binary follows from its first bytes, not from its name.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/file.h"
+#include "mesh/mesh.h"
+
+namespace lamina::io {
+
+/// Errors: kFileFormat with line or byte, kFileUnsupported. Never allocates more than the bytes can describe.
+AnyMesh parse_gmf(std::string_view bytes, const std::string& name);
+
+/// The one field of a .sol file: 1 (scalar) or kSymSize<dimension> (tensor) values a vertex.
+struct GmfSolution {
+  int dimension = 3;
+  int components = 1;
+  std::vector<double> values;
+};
+
+/// Errors as parse_gmf; kFileUnsupported when there is not exactly one scalar or tensor a vertex.
+GmfSolution parse_gmf_solution(std::string_view bytes, const std::string& name);
+
+enum class GmfForm {
+  kAscii,
+  kBinary,
+  kBinaryWide,  ///< with 64-bit positions even where the file does not need them
+};
+
+/// Ascii coordinates are the shortest decimals that read back to the same bits.
+template <int D>
+void write_gmf(OutputFile& out, const Mesh<D>& mesh, GmfForm form);
+
+void write_gmf_solution(OutputFile& out, const GmfSolution& solution, GmfForm form);
+
+}  // namespace lamina::io

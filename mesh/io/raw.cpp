@@ -1,0 +1,144 @@
+#include "mesh/io/raw.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/parallel.h"
+
+namespace lamina::io {
+namespace {
+
+constexpr std::size_t kNothing = static_cast<std::size_t>(-1);
+constexpr std::size_t kGrain = 65536;
+
+/// Smallest i < n for which bad(i) holds, or kNothing.
+template <class Bad>
+std::size_t first_bad(std::size_t n, Bad&& bad) {
+  return reduce(
+      n, kNothing,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+          if (bad(i)) return i;
+        return kNothing;
+      },
+      [](std::size_t a, std::size_t b) { return std::min(a, b); }, kGrain);
+}
+
+template <int N>
+void check_indices(const RawCells<N>& raw, std::size_t points, const char* kind, const Source& source) {
+  const auto limit = static_cast<Index>(points);
+  const std::size_t bad = first_bad(raw.cells.size(), [&](std::size_t i) {
+    return std::any_of(raw.cells[i].begin(), raw.cells[i].end(),
+                       [limit](Index v) { return v < 0 || v >= limit; });
+  });
+  if (bad == kNothing) return;
+  for (const Index v : raw.cells[bad]) {
+    if (v >= 0 && v < limit) continue;
+    fail_format(
+        source, raw.place,
+        fmt::format("{} {} (counted from 0) names point {} but there are {} points", kind, bad, v, points));
+  }
+}
+
+void check_points(const RawMesh& raw, const Source& source) {
+  const std::size_t bad =
+      first_bad(raw.points.size(), [&](std::size_t i) { return !raw.points[i].allFinite(); });
+  if (bad == kNothing) return;
+  const Vec3& x = raw.points[bad];
+  fail_format(source, fmt::format("point {} (counted from 0)", bad),
+              fmt::format("coordinate not finite: {} {} {}", x[0], x[1], x[2]));
+}
+
+/// Tags that say nothing are dropped.
+std::vector<Index> useful(std::vector<Index> tags) {
+  if (std::all_of(tags.begin(), tags.end(), [](Index t) { return t == 0; })) tags.clear();
+  return tags;
+}
+
+/// A vector field of a plane mesh is stored with a third component 0, a tensor field with zz = xz = yz = 0,
+/// because viewers know only three dimensions: take those entries away again.
+void flatten(MeshField& field) {
+  const int n = field.components;
+  if (n != 3 && n != 6) return;
+  const std::size_t count = field.values.size() / static_cast<std::size_t>(n);
+  const int kept = n == 3 ? 2 : 3;
+  for (std::size_t i = 0; i < count; ++i)
+    for (int k = kept; k < n; ++k)
+      if (field.values[i * n + k] != 0.0) return;
+  for (std::size_t i = 0; i < count; ++i)
+    for (int k = 0; k < kept; ++k) field.values[i * kept + k] = field.values[i * n + k];
+  field.values.resize(count * kept);
+  field.components = kept;
+}
+
+Mesh<3> make_solid(RawMesh&& raw) {
+  Mesh<3> mesh;
+  mesh.points = std::move(raw.points);
+  mesh.cells = std::move(raw.tets.cells);
+  mesh.cell_tags = useful(std::move(raw.tets.tags));
+  mesh.facets = std::move(raw.triangles.cells);
+  mesh.facet_tags = useful(std::move(raw.triangles.tags));
+  mesh.point_tags = useful(std::move(raw.point_tags));
+  mesh.point_fields = std::move(raw.point_fields);
+  mesh.cell_fields = std::move(raw.cell_fields);
+  return mesh;
+}
+
+Mesh<2> make_plane(RawMesh&& raw) {
+  Mesh<2> mesh;
+  mesh.points.resize(raw.points.size());
+  for_each_index(
+      raw.points.size(), [&](std::size_t i) { mesh.points[i] = raw.points[i].head<2>(); }, kGrain);
+  mesh.cells = std::move(raw.triangles.cells);
+  mesh.cell_tags = useful(std::move(raw.triangles.tags));
+  mesh.facets = std::move(raw.edges.cells);
+  mesh.facet_tags = useful(std::move(raw.edges.tags));
+  mesh.point_tags = useful(std::move(raw.point_tags));
+  mesh.point_fields = std::move(raw.point_fields);
+  mesh.cell_fields = std::move(raw.cell_fields);
+  for (MeshField& f : mesh.point_fields) flatten(f);
+  for (MeshField& f : mesh.cell_fields) flatten(f);
+  return mesh;
+}
+
+}  // namespace
+
+std::string line_of(const Source& source, std::size_t offset) {
+  const std::size_t end = std::min(offset, source.bytes.size());
+  return fmt::format("line {}", 1 + std::count(source.bytes.begin(), source.bytes.begin() + end, '\n'));
+}
+
+std::string byte_of(std::size_t offset) { return fmt::format("byte {}", offset); }
+
+void fail_format(const Source& source, const std::string& place, const std::string& what) {
+  throw Error(ErrorCode::kFileFormat, fmt::format("{}: {}: {}", source.name, place, what));
+}
+
+void fail_unsupported(const Source& source, const std::string& what) {
+  throw Error(ErrorCode::kFileUnsupported, fmt::format("{}: {}", source.name, what));
+}
+
+AnyMesh assemble(RawMesh raw, const Source& source) {
+  check_points(raw, source);
+  check_indices(raw.tets, raw.points.size(), "tetrahedron", source);
+  check_indices(raw.triangles, raw.points.size(), "triangle", source);
+  check_indices(raw.edges, raw.points.size(), "edge", source);
+  if (!raw.tets.cells.empty()) {
+    if (raw.dimension != 3) fail_format(source, raw.tets.place, "tetrahedra in a file of dimension 2");
+    return make_solid(std::move(raw));
+  }
+  if (raw.triangles.cells.empty()) fail_unsupported(source, "holds neither tetrahedra nor triangles");
+  const std::size_t off_plane =
+      first_bad(raw.points.size(), [&](std::size_t i) { return raw.points[i][2] != 0.0; });
+  if (off_plane != kNothing)
+    fail_unsupported(
+        source, fmt::format("holds triangles but no tetrahedra, and point {} (counted from 0) has z = {}: a "
+                            "surface in space is not a mesh of a domain; 2D meshes need z = 0",
+                            off_plane, raw.points[off_plane][2]));
+  return make_plane(std::move(raw));
+}
+
+}  // namespace lamina::io

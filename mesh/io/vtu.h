@@ -1,0 +1,26 @@
+// VTU, the XML file of a vtkUnstructuredGrid.
+//
+// Written: one piece, appended raw data, zlib blocks of 1 MiB, UInt64 header words, Float64 points and
+// fields, Int32 connectivity and offsets (Int64 where they do not fit), cell tags as Int32 cell data
+// "region". Facets and point tags have no place in it. Plane meshes get z = 0, their vectors a third
+// component 0. A symmetric tensor is stored with six components in the order of ParaView, XX YY ZZ XY YZ XZ
+// (ours is xx, xy, yy, xz, yz, zz); six components are read back in that order. Read: what VTK 9 and meshio
+// write, in any byte order. Triangles beside tetrahedra, and lines beside triangles, become facets; vertices
+// (cell type 1) are passed over.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/file.h"
+#include "mesh/mesh.h"
+
+namespace lamina::io {
+
+/// Errors: kFileFormat with the line, kFileUnsupported (other cells, several pieces, other compressors).
+AnyMesh parse_vtu(std::string_view bytes, const std::string& name);
+
+template <int D>
+void write_vtu(OutputFile& out, const Mesh<D>& mesh);
+
+}  // namespace lamina::io

@@ -1,0 +1,182 @@
+// Laws every adapted mesh obeys, in two and three dimensions from one source, on metrics up to an aspect ratio of 1e4.
+#include "mesh/adapt.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "mesh/score.h"
+#include "mesh/seed.h"
+#include "mesh/validate.h"
+
+namespace lamina {
+namespace {
+
+template <int D>
+Box<D> unit_box() {
+  return {Vec<D>::Zero(), Vec<D>::Ones()};
+}
+
+// Thin layers on both sides of a plane that is not aligned with the axes.
+template <int D>
+class TiltedPlane : public AdaptMetric<D> {
+ public:
+  explicit TiltedPlane(double h_min, double h_max = 0.1) : h_min_(h_min), h_max_(h_max) {
+    normal_ = Vec<D>::Ones();
+    normal_[0] = 0.3;
+    normal_.normalize();
+  }
+  Metric<D> at(const Vec<D>& x, double floor) const override {
+    const double s = normal_.dot(x - Vec<D>::Constant(0.5));
+    const double hn = std::max(floor, std::min(h_max_, h_min_ + 0.2 * std::abs(s)));
+    const double ht = std::max(floor, h_max_);
+    Mat<D> axes;
+    axes.row(0) = normal_.transpose();
+    if constexpr (D == 2) {
+      axes.row(1) = Vec2(-normal_[1], normal_[0]).transpose();
+    } else {
+      const Vec3 t = normal_.unitOrthogonal();
+      axes.row(1) = t.transpose();
+      axes.row(2) = normal_.cross(t).transpose();
+    }
+    Vec<D> h = Vec<D>::Constant(ht);
+    h[0] = hn;
+    return Metric<D>::from_frame(axes, h);
+  }
+
+ private:
+  double h_min_, h_max_;
+  Vec<D> normal_;
+};
+
+template <int D>
+class Uniform : public AdaptMetric<D> {
+ public:
+  explicit Uniform(double h) : h_(h) {}
+  Metric<D> at(const Vec<D>&, double floor) const override { return Metric<D>::isotropic(std::max(h_, floor)); }
+
+ private:
+  double h_;
+};
+
+template <int D>
+struct Adapted {
+  Mesh<D> mesh;
+  std::vector<Metric<D>> metric;
+  AdaptSummary summary;
+};
+
+template <int D>
+Adapted<D> adapt_unit_box(const AdaptMetric<D>& field, AdaptOptions options, double seed_size = 0.2) {
+  Adapted<D> a;
+  a.mesh = make_seed<D>(unit_box<D>(), seed_size, SeedKind::kLattice);
+  a.summary = adapt<D>(a.mesh, field, a.metric, options);
+  return a;
+}
+
+template <class T>
+class Adapt : public testing::Test {};
+template <int D>
+struct Dim {
+  static constexpr int value = D;
+};
+using Dimensions = testing::Types<Dim<2>, Dim<3>>;
+TYPED_TEST_SUITE(Adapt, Dimensions);
+
+TYPED_TEST(Adapt, ThinLayersAreValidAndUnit) {
+  constexpr int D = TypeParam::value;
+  for (const double h_min : {1e-2, 1e-3, D == 2 ? 1e-5 : 1e-4}) {
+    AdaptOptions options;
+    options.end_size = h_min;
+    const auto a = adapt_unit_box<D>(TiltedPlane<D>(h_min, 0.2), options);
+    const auto v = validate<D>(a.mesh, unit_box<D>());
+    EXPECT_TRUE(v.ok()) << h_min << ": " << v.summary();
+    const Score s = score<D>(a.mesh, a.metric);
+    EXPECT_GE(s.unit_share, 0.95) << h_min;
+    EXPECT_GE(s.quality_min, options.quality_floor) << h_min;
+    EXPECT_GE(s.quality_mean, 0.8) << h_min;
+    EXPECT_EQ(s.points, static_cast<std::int64_t>(a.metric.size()));
+  }
+}
+
+// Pieces of 600 vertices: dozens of them, so that interfaces, joins and threads all matter.
+TYPED_TEST(Adapt, SameBitsForEveryThreadCount) {
+  constexpr int D = TypeParam::value;
+  AdaptOptions options;
+  options.end_size = D == 2 ? 1e-3 : 1e-2;
+  options.block_vertices = 600;
+  options.final_passes = 4;
+  const TiltedPlane<D> field(options.end_size, D == 2 ? 0.01 : 0.08);
+  const auto run = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return adapt_unit_box<D>(field, options);
+  };
+  const auto expected = run(1);
+  ASSERT_GT(expected.mesh.points.size(), 4U * 600U);
+  const auto v = validate<D>(expected.mesh, unit_box<D>());
+  EXPECT_TRUE(v.ok()) << v.summary();
+  for (const int threads : {2, 3, 8, 1}) {
+    const auto got = run(threads);
+    ASSERT_EQ(got.mesh.points.size(), expected.mesh.points.size()) << threads;
+    EXPECT_EQ(got.mesh.cells, expected.mesh.cells) << threads;
+    EXPECT_EQ(std::memcmp(got.mesh.points.data(), expected.mesh.points.data(), sizeof(Vec<D>) * got.mesh.points.size()),
+              0)
+        << threads;
+  }
+}
+
+TYPED_TEST(Adapt, CoarsensBackToFewCells) {
+  constexpr int D = TypeParam::value;
+  Mesh<D> mesh = make_seed<D>(unit_box<D>(), 0.05, SeedKind::kLattice);
+  const std::size_t before = mesh.cells.size();
+  std::vector<Metric<D>> metric;
+  AdaptOptions options;
+  options.start_size = options.end_size = 0.5;
+  adapt<D>(mesh, Uniform<D>(0.5), metric, options);
+  EXPECT_LT(mesh.cells.size() * 20, before);
+  const auto v = validate<D>(mesh, unit_box<D>());
+  EXPECT_TRUE(v.ok()) << v.summary();
+}
+
+TYPED_TEST(Adapt, BoundaryTagsSurvive) {
+  constexpr int D = TypeParam::value;
+  AdaptOptions options;
+  options.end_size = 0.05;
+  const auto a = adapt_unit_box<D>(TiltedPlane<D>(0.05, 0.2), options);
+  for (std::size_t f = 0; f < a.mesh.facets.size(); ++f) {
+    const int axis = (a.mesh.facet_tags[f] - 1) / 2;
+    for (const Index v : a.mesh.facets[f])
+      EXPECT_EQ(a.mesh.points[v][axis], a.mesh.facet_tags[f] % 2 == 1 ? 0.0 : 1.0);
+  }
+}
+
+TYPED_TEST(Adapt, RefusesABoundaryThatIsNotFlat) {
+  constexpr int D = TypeParam::value;
+  Mesh<D> mesh = make_seed<D>(unit_box<D>(), 0.5, SeedKind::kLattice);
+  for (Index& t : mesh.facet_tags) t = 1;
+  std::vector<Metric<D>> metric;
+  EXPECT_THROW(adapt<D>(mesh, Uniform<D>(0.5), metric, AdaptOptions{}), Error);
+}
+
+TYPED_TEST(Adapt, StopsWhenAsked) {
+  constexpr int D = TypeParam::value;
+  class Stop : public Progress {
+   public:
+    bool cancelled() const override { return true; }
+  };
+  Stop stop;
+  Mesh<D> mesh = make_seed<D>(unit_box<D>(), 0.5, SeedKind::kLattice);
+  std::vector<Metric<D>> metric;
+  try {
+    adapt<D>(mesh, Uniform<D>(0.1), metric, AdaptOptions{}, &stop);
+    FAIL() << "not cancelled";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::kInterrupted);
+  }
+}
+
+}  // namespace
+}  // namespace lamina

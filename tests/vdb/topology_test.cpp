@@ -1,0 +1,128 @@
+#include "vdb/detail/topology.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/vdb/test_surfaces.h"
+#include "vdb/detail/curvature.h"
+
+namespace lamina::detail {
+namespace {
+
+using namespace testing_surfaces;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kAngle = 40.0 * kPi / 180.0;
+
+int count_kind(const Topology& t, EdgeKind kind) {
+  int n = 0;
+  for (const Edge& e : t.edges) n += e.kind == kind;
+  return n;
+}
+
+TEST(Topology, Cube) {
+  const Topology t = make_topology(box(Vec3::Zero(), Vec3::Ones()), kAngle);
+  EXPECT_EQ(t.edges.size(), 18U);
+  EXPECT_EQ(count_kind(t, EdgeKind::kConvex), 12);
+  EXPECT_EQ(count_kind(t, EdgeKind::kSmooth), 6);
+  EXPECT_EQ(t.shells, 1);
+  EXPECT_EQ(t.corners, 8);
+  for (const Edge& e : t.edges) EXPECT_NEAR(e.angle, e.kind == EdgeKind::kConvex ? kPi / 2 : 0.0, 1e-15);
+  for (std::size_t f = 0; f < 12; ++f)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Edge& e = t.edges[static_cast<std::size_t>(t.facet_edges[f][k])];
+      EXPECT_TRUE(e.regular);
+      EXPECT_EQ(e.count, 2);
+    }
+}
+
+TEST(Topology, StepHasOneConcaveEdge) {
+  const Topology t = make_topology(step(), kAngle);
+  EXPECT_EQ(count_kind(t, EdgeKind::kConcave), 1);
+  EXPECT_EQ(t.sharp_edges, 17);
+  // The ends of the concave edge join two convex ones that turn: corners for the fluid outside the ends.
+  EXPECT_EQ(t.corners, 12);
+}
+
+TEST(Topology, FeatureAngleIsTheLimit) {
+  const Surface s = cylinder(1.0, 0.0, 1.0, 8);  // strips meet at 45 degrees
+  EXPECT_EQ(make_topology(s, 46.0 * kPi / 180.0).sharp_edges, 16);
+  EXPECT_EQ(make_topology(s, 44.0 * kPi / 180.0).sharp_edges, 24);
+}
+
+TEST(Topology, RimsShellsAndFins) {
+  const Topology open = make_topology(box(Vec3::Zero(), Vec3::Ones(), 31), kAngle);
+  int rims = 0;
+  for (const Edge& e : open.edges) {
+    if (e.count != 1) continue;
+    ++rims;
+    EXPECT_EQ(e.angle, kPi);
+    EXPECT_EQ(e.kind, EdgeKind::kConvex);
+  }
+  EXPECT_EQ(rims, 4);
+  EXPECT_EQ(make_topology(joined(box(Vec3::Zero(), Vec3::Ones()), sphere(1.0, 3)), kAngle).shells, 2);
+  Surface fin;  // three half planes on the z axis, 90, 90 and 180 degrees apart
+  fin.points = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0.5}, {0, 1, 0.5}, {-1, 0, 0.5}};
+  fin.triangles = {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}};
+  const Topology t = make_topology(fin, kAngle);
+  EXPECT_EQ(t.shells, 3);
+  EXPECT_EQ(t.edges[0].count, 3);
+  EXPECT_NEAR(t.edges[0].angle, 0.0, 1e-12);  // no gap beyond a half turn: not convex
+  EXPECT_EQ(t.edges[0].kind, EdgeKind::kConcave);
+}
+
+TEST(Topology, CreaseIsProlongedWhereItSoftens) {
+  // A roof whose ridge opens from 60 to 30 degrees of bend along x.
+  Surface s;
+  const double bend[] = {60.0, 60.0, 45.0, 35.0, 35.0, 30.0, 30.0};
+  for (int i = 0; i < 7; ++i) {
+    const double drop = std::tan(0.5 * bend[i] * kPi / 180.0);
+    s.points.emplace_back(i, 0.0, 0.0);
+    s.points.emplace_back(i, -1.0, -drop);
+    s.points.emplace_back(i, 1.0, -drop);
+  }
+  for (Index i = 0; i < 6; ++i) {
+    const Index a = 3 * i;
+    s.triangles.push_back({a, a + 1, a + 4});
+    s.triangles.push_back({a, a + 4, a + 3});
+    s.triangles.push_back({a, a + 3, a + 5});
+    s.triangles.push_back({a, a + 5, a + 2});
+  }
+  finish(s);
+  int ridge = 0;
+  for (const Edge& e : make_topology(s, kAngle).edges)
+    ridge += e.kind == EdgeKind::kConvex && e.count == 2 && e.a % 3 == 0 && e.b % 3 == 0;
+  EXPECT_EQ(ridge, 6);
+}
+
+TEST(Curvature, PrincipalFrame) {
+  const Vec3 n = Vec3(1, 2, -2) / 3.0, u = n.unitOrthogonal(), v = n.cross(u);
+  for (const auto& [a, b] :
+       {std::pair{3.0, 1.0}, {-3.0, 1.0}, {3.0, -1.0}, {2.0, 2.0}, {0.0, 0.0}, {-1.0, -4.0}}) {
+    const Frame f = principal_frame(n, to_sym(Mat3(a * u * u.transpose() + b * v * v.transpose())));
+    EXPECT_NEAR(std::abs(f.k1), std::max(std::abs(a), std::abs(b)), 1e-14);
+    EXPECT_NEAR(f.k1 + f.k2, a + b, 1e-14);
+    EXPECT_GE(std::abs(f.k1), std::abs(f.k2));
+    EXPECT_NEAR(f.T1.cross(f.T2).dot(f.N), 1.0, 1e-14);
+    const Mat3 again = f.k1 * f.T1 * f.T1.transpose() + f.k2 * f.T2 * f.T2.transpose();
+    EXPECT_LT((again - a * u * u.transpose() - b * v * v.transpose()).norm(), 1e-13);
+  }
+  Sym<3> bad{};
+  bad[2] = std::nan("");
+  EXPECT_EQ(principal_frame(n, bad).k1, 0.0);
+}
+
+TEST(Curvature, GroupsAreSplitAtSharpEdges) {
+  const Surface s = box(Vec3::Zero(), Vec3::Ones());
+  const Curvature c = estimate_curvature(s, make_topology(s, kAngle));
+  EXPECT_EQ(c.groups.size(), 24U);  // three per corner
+  for (const VertexShape& v : c.shapes) EXPECT_NEAR(v.normal.cwiseAbs().maxCoeff(), 1.0, 1e-15);
+}
+
+TEST(Curvature, HugeFanIsLinear) {
+  const Surface s = cylinder(1.0, 0.0, 1e-3, 100000);  // 100000 facets share a vertex
+  const Curvature c = estimate_curvature(s, make_topology(s, kAngle));
+  EXPECT_EQ(c.groups.size(), 4U * 100000U + 2U);
+}
+
+}  // namespace
+}  // namespace lamina::detail

@@ -1,0 +1,288 @@
+// Per facet the shape tensor that best turns the normal of one corner into the next (least squares over three
+// edges), rotated to the tangent plane of each corner and averaged over the group, weighted by area.
+#include "vdb/detail/curvature.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+
+namespace lamina::detail {
+namespace {
+
+constexpr double kBroad = 4.0;    // width ratio across a bent edge that makes a facet broad
+constexpr double kBent = 1e-3;    // radians; below, an edge counts as flat
+constexpr double kSliver = 1e-6;  // altitude over longest edge of facets that have no say
+constexpr double kBroadAgree =
+    0.985;  // cosine; broad facets of one group that disagree more are not flat faces
+
+const Vec3& point(const Surface& s, Index v) { return s.points[static_cast<std::size_t>(v)]; }
+
+Vec3 corner_edge(const Surface& s, Index facet, int from, int to) {
+  const std::array<Index, 3>& t = s.triangles[static_cast<std::size_t>(facet)];
+  return point(s, t[static_cast<std::size_t>(to % 3)]) - point(s, t[static_cast<std::size_t>(from % 3)]);
+}
+
+double longest_edge(const Surface& s, Index facet) {
+  return std::max({corner_edge(s, facet, 0, 1).norm(), corner_edge(s, facet, 1, 2).norm(),
+                   corner_edge(s, facet, 2, 0).norm()});
+}
+
+bool is_sliver(const Surface& s, const Topology& topo, Index facet) {
+  const double l = longest_edge(s, facet);
+  return !(2.0 * topo.areas[static_cast<std::size_t>(facet)] > kSliver * l * l);
+}
+
+double altitude(const Surface& s, const Topology& topo, Index facet, Index edge) {
+  const Edge& e = topo.edges[static_cast<std::size_t>(edge)];
+  const double length = (point(s, e.b) - point(s, e.a)).norm();
+  return length > 0.0 ? 2.0 * topo.areas[static_cast<std::size_t>(facet)] / length : 0.0;
+}
+
+Index neighbour(const Topology& topo, Index facet, const Edge& e) {
+  const std::span<const Index> half = topo.half_edges_of(e);
+  return half[0] / 4 == facet ? half[1] / 4 : half[0] / 4;
+}
+
+// Is the facet many times wider than a neighbour it meets at an angle in this vertex?
+bool is_broad(const Surface& s, const Topology& topo, Index facet, int corner) {
+  for (const int k : {corner, (corner + 2) % 3}) {
+    const Index id = topo.facet_edges[static_cast<std::size_t>(facet)][static_cast<std::size_t>(k)];
+    const Edge& e = topo.edges[static_cast<std::size_t>(id)];
+    if (e.kind != EdgeKind::kSmooth || !e.regular || std::abs(e.angle) < kBent) continue;
+    const double other = altitude(s, topo, neighbour(topo, facet, e), id);
+    if (altitude(s, topo, facet, id) > kBroad * other) return true;
+  }
+  return false;
+}
+
+// Rotation that takes unit vector a to unit vector b; the identity when they are opposite.
+Mat3 rotation(const Vec3& a, const Vec3& b) {
+  const Vec3 v = a.cross(b);
+  const double c = a.dot(b);
+  if (c < -0.999) return Mat3::Identity();
+  Mat3 k;
+  k << 0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0;
+  return Mat3::Identity() + k + k * k / (1.0 + c);
+}
+
+// Groups of corners around v that are joined through smooth edges, in star order.
+std::vector<std::vector<Index>> smooth_groups(const Topology& topo, std::span<const Index> star) {
+  std::vector<std::vector<Index>> groups;
+  std::vector<std::uint8_t> done(star.size(), 0);
+  for (std::size_t seed = 0; seed < star.size(); ++seed) {
+    if (done[seed]) continue;
+    std::vector<Index> group{star[seed]};
+    done[seed] = 1;
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      const Index facet = group[i] / 4, corner = group[i] % 4;
+      for (const Index k : {corner, (corner + 2) % 3}) {
+        const Edge& e = topo.edges[static_cast<std::size_t>(
+            topo.facet_edges[static_cast<std::size_t>(facet)][static_cast<std::size_t>(k)])];
+        if (e.kind != EdgeKind::kSmooth || !e.regular) continue;
+        const Index other = neighbour(topo, facet, e);
+        const auto at = std::lower_bound(star.begin(), star.end(), 4 * other);  // stars are in facet order
+        const std::size_t j = static_cast<std::size_t>(at - star.begin());
+        if (at == star.end() || *at / 4 != other || done[j]) continue;
+        done[j] = 1;
+        group.push_back(star[j]);
+      }
+    }
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+Vec3 max_normal(const Surface& s, const Topology& topo, const std::vector<Index>& corners) {
+  Vec3 sum = Vec3::Zero(), plain = Vec3::Zero();
+  for (const Index c : corners) {
+    const Vec3 u = corner_edge(s, c / 4, c % 4, c % 4 + 1), w = corner_edge(s, c / 4, c % 4, c % 4 + 2);
+    plain += topo.areas[static_cast<std::size_t>(c / 4)] * topo.normals[static_cast<std::size_t>(c / 4)];
+    if (is_sliver(s, topo, c / 4)) continue;
+    sum += u.cross(w) / (u.squaredNorm() * w.squaredNorm());
+  }
+  if (sum.norm() > 0.0) return sum.normalized();
+  if (plain.norm() > 0.0) return plain.normalized();
+  return Vec3::UnitZ();
+}
+
+struct GroupDraft {
+  std::vector<Index> corners;
+  std::vector<std::uint8_t> broad;
+  Vec3 normal;
+  bool has_broad = false;
+};
+
+GroupDraft draft_group(const Surface& s, const Topology& topo, std::vector<Index> corners) {
+  GroupDraft g;
+  g.corners = std::move(corners);
+  g.broad.resize(g.corners.size());
+  Vec3 flat = Vec3::Zero();
+  double weight = 0.0;
+  for (std::size_t i = 0; i < g.corners.size(); ++i) {
+    const Index c = g.corners[i];
+    g.broad[i] = is_broad(s, topo, c / 4, c % 4);
+    if (!g.broad[i]) continue;
+    flat += corner_angle(s, c / 4, c % 4) * topo.normals[static_cast<std::size_t>(c / 4)];
+    weight += corner_angle(s, c / 4, c % 4);
+  }
+  g.has_broad = weight > 0.0 && flat.norm() > kBroadAgree * weight;
+  if (!g.has_broad) std::fill(g.broad.begin(), g.broad.end(), 0);
+  g.normal = g.has_broad ? flat.normalized() : max_normal(s, topo, g.corners);
+  return g;
+}
+
+// Least squares over the three edges, in a frame whose unknowns are scaled by the facet's extents.
+Mat3 facet_tensor(const Surface& s, const Topology& topo, const Curvature& out, Index facet) {
+  if (is_sliver(s, topo, facet)) return Mat3::Zero();
+  const std::size_t f = static_cast<std::size_t>(facet);
+  const Vec3 n = topo.normals[f];
+  int first = 0;
+  for (int k = 1; k < 3; ++k)
+    if (corner_edge(s, facet, k, k + 1).norm() > corner_edge(s, facet, first, first + 1).norm()) first = k;
+  const Vec3 u = corner_edge(s, facet, first, first + 1).normalized(), v = n.cross(u);
+  Eigen::Matrix<double, 6, 3> A;
+  Eigen::Matrix<double, 6, 1> b;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = corner_edge(s, facet, k, k + 1);
+    const Vec3 dn =
+        out.shapes[static_cast<std::size_t>(out.corner_shapes[f][static_cast<std::size_t>((k + 1) % 3)])]
+            .normal -
+        out.shapes[static_cast<std::size_t>(out.corner_shapes[f][static_cast<std::size_t>(k)])].normal;
+    A.row(2 * k) << e.dot(u), e.dot(v), 0.0;
+    A.row(2 * k + 1) << 0.0, e.dot(u), e.dot(v);
+    b[2 * k] = dn.dot(u);
+    b[2 * k + 1] = dn.dot(v);
+  }
+  const Vec3 x = A.colPivHouseholderQr().solve(b);
+  if (!x.allFinite()) return Mat3::Zero();
+  return x[0] * u * u.transpose() + x[1] * (u * v.transpose() + v * u.transpose()) + x[2] * v * v.transpose();
+}
+
+// Mean width of the group's facets across their bent edges; min() of both sides keeps flat faces beside a
+// fillet out.
+double facet_width(const Surface& s, const Topology& topo, const std::vector<Index>& corners) {
+  double sum = 0.0, weight = 0.0;
+  for (const Index c : corners) {
+    for (const Index id : topo.facet_edges[static_cast<std::size_t>(c / 4)]) {
+      const Edge& e = topo.edges[static_cast<std::size_t>(id)];
+      if (e.kind != EdgeKind::kSmooth || !e.regular || std::abs(e.angle) < kBent) continue;
+      const double w = std::abs(e.angle) * (point(s, e.b) - point(s, e.a)).norm();
+      sum += w * std::min(altitude(s, topo, c / 4, id), altitude(s, topo, neighbour(topo, c / 4, e), id));
+      weight += w;
+    }
+  }
+  return weight > 0.0 ? sum / weight : 0.0;
+}
+
+void average_tensors(const std::vector<GroupDraft>& drafts, const Topology& topo,
+                     const std::vector<Mat3>& facet, Curvature& out) {
+  for_each_index(drafts.size(), [&](std::size_t g) {
+    const GroupDraft& draft = drafts[g];
+    for (const int broad : {0, 1}) {
+      const Index id = broad ? out.groups[g].broad_shape : out.groups[g].shape;
+      if (id == kNone) continue;
+      Mat3 sum = Mat3::Zero();
+      double weight = 0.0;
+      for (std::size_t i = 0; i < draft.corners.size(); ++i) {
+        const std::size_t t = static_cast<std::size_t>(draft.corners[i] / 4);
+        if (draft.broad[i] != broad) continue;
+        const Mat3 r = rotation(topo.normals[t], draft.normal);
+        sum += topo.areas[t] * (r * facet[t] * r.transpose());
+        weight += topo.areas[t];
+      }
+      const Mat3 p = Mat3::Identity() - draft.normal * draft.normal.transpose();
+      if (weight > 0.0) out.shapes[static_cast<std::size_t>(id)].shape = to_sym(p * (sum / weight) * p);
+    }
+  });
+}
+
+}  // namespace
+
+Sym<3> to_sym(const Mat3& m) { return {m(0, 0), m(0, 1), m(1, 1), m(0, 2), m(1, 2), m(2, 2)}; }
+
+Mat3 to_matrix(const Sym<3>& s) {
+  Mat3 m;
+  m << s[0], s[1], s[3], s[1], s[2], s[4], s[3], s[4], s[5];
+  return m;
+}
+
+Curvature estimate_curvature(const Surface& surface, const Topology& topology) {
+  Curvature out;
+  out.corner_shapes.resize(surface.triangles.size());
+  std::vector<GroupDraft> drafts;
+  for (std::size_t v = 0; v < surface.points.size(); ++v) {
+    for (std::vector<Index>& corners : smooth_groups(topology, topology.star_of(static_cast<Index>(v)))) {
+      GroupDraft g = draft_group(surface, topology, std::move(corners));
+      CornerGroup group;
+      group.vertex = static_cast<Index>(v);
+      group.facet_width = facet_width(surface, topology, g.corners);
+      group.shape = static_cast<Index>(out.shapes.size());
+      out.shapes.push_back({g.normal, {}});
+      if (g.has_broad) {
+        group.broad_shape = static_cast<Index>(out.shapes.size());
+        out.shapes.push_back({g.normal, {}});
+      }
+      for (std::size_t i = 0; i < g.corners.size(); ++i)
+        out.corner_shapes[static_cast<std::size_t>(g.corners[i] / 4)]
+                         [static_cast<std::size_t>(g.corners[i] % 4)] =
+            g.broad[i] ? group.broad_shape : group.shape;
+      out.groups.push_back(group);
+      drafts.push_back(std::move(g));
+    }
+  }
+  std::vector<Mat3> facet(surface.triangles.size());
+  for_each_index(facet.size(), [&](std::size_t t) {
+    facet[t] = facet_tensor(surface, topology, out, static_cast<Index>(t));
+  });
+  average_tensors(drafts, topology, facet, out);
+  return out;
+}
+
+Frame principal_frame(const Vec3& n, const Sym<3>& shape) {
+  Frame f;
+  f.N = n;
+  Vec3 u = std::abs(n[0]) > 0.6 ? Vec3(-n[1], n[0], 0.0) : Vec3(0.0, -n[2], n[1]);
+  u.normalize();
+  const Vec3 v = n.cross(u);
+  const Mat3 m = to_matrix(shape);
+  const double a = u.dot(m * u), b = u.dot(m * v), c = v.dot(m * v);
+  const double mean = 0.5 * (a + c), diff = 0.5 * (a - c), r = std::sqrt(diff * diff + b * b);
+  if (!std::isfinite(r) || !std::isfinite(mean)) {
+    f.T1 = u;
+    f.T2 = v;
+    return f;
+  }
+  const double half = 0.5 * std::atan2(b, diff);  // direction of the algebraically larger one
+  const Vec3 larger = std::cos(half) * u + std::sin(half) * v, smaller = n.cross(larger);
+  if (mean >= 0.0) {
+    f.k1 = mean + r;
+    f.k2 = mean - r;
+    f.T1 = larger;
+    f.T2 = smaller;
+  } else {
+    f.k1 = mean - r;
+    f.k2 = mean + r;
+    f.T1 = smaller;
+    f.T2 = -larger;
+  }
+  return f;
+}
+
+Frame interpolate_frame(const Curvature& curvature, Index facet, const std::array<double, 3>& bary,
+                        const Vec3& fallback) {
+  const std::array<Index, 3>& ids = curvature.corner_shapes[static_cast<std::size_t>(facet)];
+  Vec3 n = Vec3::Zero();
+  Sym<3> shape{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const VertexShape& v = curvature.shapes[static_cast<std::size_t>(ids[k])];
+    n += bary[k] * v.normal;
+    for (std::size_t i = 0; i < 6; ++i) shape[i] += bary[k] * v.shape[i];
+  }
+  const double length = n.norm();
+  if (length > 0.1) return principal_frame(n / length, shape);
+  return principal_frame(fallback.isZero() ? Vec3(Vec3::UnitZ()) : fallback, shape);
+}
+
+}  // namespace lamina::detail

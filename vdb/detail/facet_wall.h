@@ -1,0 +1,69 @@
+// The wall of a triangle surface: exact distances, smoothed frames, sharp edges, and the other walls in
+// reach.
+#pragma once
+
+#include "core/field.h"
+#include "vdb/detail/bvh.h"
+#include "vdb/detail/curvature.h"
+#include "vdb/detail/features.h"
+#include "vdb/detail/sign.h"
+#include "vdb/detail/topology.h"
+
+namespace lamina::detail {
+
+class FacetWall : public WallField {
+ public:
+  /// `feature_angle` in radians. REQUIRES a cleaned surface with at least one triangle.
+  FacetWall(Surface surface, double feature_angle);
+
+  [[nodiscard]] WallPoint at(const Vec3& x) const override;
+  [[nodiscard]] double phi(const Vec3& x) const override;
+  int others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const override;
+  [[nodiscard]] Box<3> bounds() const override { return bounds_; }
+
+  /// phi(x), found faster when its absolute value is known to be below `limit`.
+  [[nodiscard]] double phi_within(const Vec3& x, double limit) const;
+  /// Distance of x with a relative error of at most eps, never too small; unsigned.
+  [[nodiscard]] double distance(const Vec3& x, double eps) const;
+
+  [[nodiscard]] Vec3 closest_point(const Vec3& x) const { return bvh_.closest(x).point; }
+
+  [[nodiscard]] const Surface& surface() const { return surface_; }
+  [[nodiscard]] const Topology& topology() const { return topology_; }
+  [[nodiscard]] const SignRule& sign_rule() const { return sign_; }
+  [[nodiscard]] const Features& features() const { return features_; }
+  [[nodiscard]] const Curvature& curvature() const { return curvature_; }
+  /// Lets better estimates replace the curvature of the triangles.
+  [[nodiscard]] Curvature& curvature() { return curvature_; }
+
+ private:
+  struct Cone {
+    float axis[3];
+    float cos_half;  ///< < -1: every direction
+  };
+  struct Candidate {
+    double d2;
+    TriangleHit hit;
+    Vec3 direction;  ///< from x to the closest point
+  };
+  [[nodiscard]] WallPoint describe(const TriangleHit& hit, double sign) const;
+  [[nodiscard]] bool fill_ray(const TriangleHit& hit, double sign, WallPoint& wall) const;
+  [[nodiscard]] bool on_sharp(const TriangleHit& hit, double sign, EdgePoint& edge, bool& corner) const;
+  [[nodiscard]] Vec3 feature_normal(const TriangleHit& hit) const;
+  void build_cones();
+  void facet_cones(std::vector<Cone>& out) const;
+  [[nodiscard]] bool is_local_minimum(const Vec3& x, const TriangleHit& hit, double sign) const;
+  void collect(const Vec3& x, double sign, double reach, const Vec3& main, std::vector<Candidate>& out) const;
+
+  Surface surface_;
+  Box<3> bounds_;
+  double tiny_ = 0.0;  ///< distances below this have no direction
+  Topology topology_;
+  SignRule sign_;
+  TriangleBvh bvh_;
+  Features features_;
+  Curvature curvature_;
+  std::vector<std::array<Cone, 2>> cones_;  ///< normals below the children of each node of the tree
+};
+
+}  // namespace lamina::detail

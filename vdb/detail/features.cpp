@@ -1,0 +1,143 @@
+// The nearest edge of a point on facet t is searched from the nearest edges of the corners of t, known
+// beforehand: that bound is so tight that the tree walk visits a handful of nodes.
+#include "vdb/detail/features.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+
+namespace lamina::detail {
+namespace {
+
+const Vec3& point(const Surface& s, Index v) { return s.points[static_cast<std::size_t>(v)]; }
+
+}  // namespace
+
+Features::Features(const Surface& surface, const Topology& topology, const SignRule& sign) {
+  gather(surface, topology, sign);
+  measure_curves(surface, topology);
+  seed(surface);
+}
+
+void Features::gather(const Surface& s, const Topology& topo, const SignRule& sign) {
+  std::vector<std::uint8_t> on_wall(s.triangles.size(), 0);
+  for (const Index t : sign.wall()) on_wall[static_cast<std::size_t>(t)] = 1;
+  std::vector<std::array<Vec3, 2>> convex, all, corners;
+  std::vector<std::uint8_t> vertex_on_wall(s.points.size(), 0);
+  for (const Edge& e : topo.edges) {
+    bool wall = false, sheet = false;
+    for (const Index h : topo.half_edges_of(e)) {
+      wall |= on_wall[static_cast<std::size_t>(h / 4)] != 0;
+      sheet |= sign.two_sided(h / 4);
+    }
+    if (!wall) continue;
+    vertex_on_wall[static_cast<std::size_t>(e.a)] = vertex_on_wall[static_cast<std::size_t>(e.b)] = 1;
+    if (e.kind == EdgeKind::kSmooth) continue;
+    all.push_back({point(s, e.a), point(s, e.b)});
+    if (e.kind == EdgeKind::kConcave && !(sheet && e.regular)) continue;
+    convex.push_back(all.back());
+    segments_.push_back({e.a, e.b, std::abs(e.angle)});
+  }
+  is_corner_.assign(s.points.size(), 0);
+  for (std::size_t v = 0; v < s.points.size(); ++v) {
+    is_corner_[v] = topo.convex[v].corner || topo.concave[v].corner;
+    if (!topo.convex[v].corner || !vertex_on_wall[v]) continue;
+    corner_vertex_.push_back(static_cast<Index>(v));
+    corners.push_back({s.points[v], s.points[v]});
+  }
+  convex_ = SegmentBvh(convex);
+  all_ = SegmentBvh(all);
+  corners_ = SegmentBvh(corners);
+}
+
+void Features::measure_curves(const Surface& s, const Topology& topo) {
+  std::vector<std::array<Index, 2>> ends(s.points.size(), {kNone, kNone});
+  for (const Edge& e : topo.edges) {
+    if (e.kind == EdgeKind::kSmooth) continue;
+    const bool convex = e.kind == EdgeKind::kConvex;
+    for (const auto& [v, other] : {std::pair{e.a, e.b}, std::pair{e.b, e.a}}) {
+      const std::size_t i = static_cast<std::size_t>(v);
+      if (is_corner_[i] || (convex ? topo.convex : topo.concave)[i].edges != 2) continue;
+      ends[i][ends[i][0] == kNone ? 0 : 1] = other;
+    }
+  }
+  tangent_.assign(s.points.size(), Vec3::Zero());
+  curvature_.assign(s.points.size(), Vec3::Zero());
+  for (std::size_t v = 0; v < ends.size(); ++v) {
+    if (ends[v][1] == kNone) continue;
+    const Vec3 in = s.points[v] - point(s, ends[v][0]), out = point(s, ends[v][1]) - s.points[v];
+    const double li = in.norm(), lo = out.norm();
+    const Vec3 sum = in / li + out / lo;
+    if (sum.norm() < 1e-6) continue;
+    tangent_[v] = sum.normalized();
+    curvature_[v] = 2.0 * (out / lo - in / li) / (li + lo);
+  }
+}
+
+void Features::seed(const Surface& s) {
+  nearest_segment_.assign(s.points.size(), kNone);
+  nearest_corner_.assign(s.points.size(), kNone);
+  for_each_index(s.points.size(), [&](std::size_t v) {
+    nearest_segment_[v] = convex_.closest(s.points[v]).segment;
+    nearest_corner_[v] = corners_.closest(s.points[v]).segment;
+  });
+}
+
+Vec3 Features::tangent_at(const Surface& s, Index a, Index b, double t) const {
+  const Vec3 own = (point(s, b) - point(s, a)).normalized();
+  const auto end = [&](Index v) -> Vec3 {
+    const Vec3& tangent = tangent_[static_cast<std::size_t>(v)];
+    if (tangent.isZero()) return own;
+    return tangent.dot(own) < 0.0 ? Vec3(-tangent) : tangent;
+  };
+  return ((1.0 - t) * end(a) + t * end(b)).normalized();
+}
+
+EdgePoint Features::on_edge(const Surface& s, const Topology& topo, Index edge, double t) const {
+  const Edge& e = topo.edges[static_cast<std::size_t>(edge)];
+  EdgePoint out;
+  out.tangent = tangent_at(s, e.a, e.b, t);
+  out.angle = std::abs(e.angle);
+  const auto end = [&](Index v, Index other) {
+    return tangent_[static_cast<std::size_t>(v)].isZero() ? curvature_[static_cast<std::size_t>(other)]
+                                                          : curvature_[static_cast<std::size_t>(v)];
+  };
+  out.curvature = (1.0 - t) * end(e.a, e.b) + t * end(e.b, e.a);
+  return out;
+}
+
+double Features::sharp_distance(const Vec3& x, double limit) const {
+  const SegmentHit hit = all_.closest(x, limit * limit);
+  return hit.segment == kNone ? limit : std::sqrt(hit.d2);
+}
+
+void Features::describe(const Surface& s, Index facet, WallPoint& wall) const {
+  const std::array<Index, 3>& corners = s.triangles[static_cast<std::size_t>(facet)];
+  const auto search = [&](const SegmentBvh& tree, const std::vector<Index>& seeds) {
+    SegmentHit best;
+    for (const Index v : corners) {
+      const SegmentHit h = tree.on_segment(seeds[static_cast<std::size_t>(v)], wall.closest);
+      if (h.d2 < best.d2) best = h;
+    }
+    const SegmentHit nearer = tree.closest(wall.closest, best.d2);
+    return nearer.segment == kNone ? best : nearer;
+  };
+  if (!corners_.empty()) wall.corner_distance = std::sqrt(search(corners_, nearest_corner_).d2);
+  if (!convex_.empty()) {
+    const SegmentHit hit = search(convex_, nearest_segment_);
+    const Segment& e = segments_[static_cast<std::size_t>(hit.segment)];
+    wall.edge_distance = std::sqrt(hit.d2);
+    wall.edge_angle = e.angle;
+    const Index end = hit.t <= 0.0 ? e.a : hit.t >= 1.0 ? e.b : kNone;
+    if (end == kNone || !is_corner_[static_cast<std::size_t>(end)])
+      wall.edge_direction = tangent_at(s, e.a, e.b, hit.t);
+  }
+  if (wall.corner_distance < wall.edge_distance) {
+    wall.edge_distance = wall.corner_distance;
+    wall.edge_direction.setZero();
+    wall.edge_angle = 0.0;
+  }
+}
+
+}  // namespace lamina::detail

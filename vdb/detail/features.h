@@ -1,0 +1,52 @@
+// Sharp edges and corners of a wall: what a point on the wall needs to know of the nearest ones.
+#pragma once
+
+#include <vector>
+
+#include "core/field.h"
+#include "vdb/detail/bvh.h"
+#include "vdb/detail/sign.h"
+#include "vdb/detail/topology.h"
+
+namespace lamina::detail {
+
+/// A sharp edge as a piece of a curve.
+struct EdgePoint {
+  Vec3 tangent = Vec3::Zero();    ///< unit, interpolated along the curve
+  Vec3 curvature = Vec3::Zero();  ///< curvature vector of the curve, 1/length, towards its centre
+  double angle = 0.0;             ///< exterior dihedral angle, in (0, pi]
+};
+
+class Features {
+ public:
+  Features(const Surface& surface, const Topology& topology, const SignRule& sign);
+  Features() = default;
+
+  /// Fills edge_distance, edge_direction, edge_angle and corner_distance of `wall`, whose closest point lies
+  /// on `facet`.
+  void describe(const Surface& surface, Index facet, WallPoint& wall) const;
+  /// Sharp edge `edge` at position t in [0, 1] from its a to its b.
+  [[nodiscard]] EdgePoint on_edge(const Surface& surface, const Topology& topology, Index edge,
+                                  double t) const;
+  /// Distance from x to the nearest sharp edge, convex or concave, or `limit` when it is farther.
+  [[nodiscard]] double sharp_distance(const Vec3& x, double limit) const;
+
+ private:
+  struct Segment {
+    Index a, b;
+    double angle;
+  };
+  void gather(const Surface& surface, const Topology& topology, const SignRule& sign);
+  void measure_curves(const Surface& surface, const Topology& topology);
+  void seed(const Surface& surface);
+  [[nodiscard]] Vec3 tangent_at(const Surface& surface, Index a, Index b, double t) const;
+
+  std::vector<Segment> segments_;  ///< convex ones
+  SegmentBvh convex_, all_, corners_;
+  std::vector<Index> corner_vertex_;
+  std::vector<std::uint8_t> is_corner_;                  ///< per vertex, of either kind
+  std::vector<Vec3> tangent_, curvature_;                ///< per vertex of a sharp curve; zero at corners
+  std::vector<Index> nearest_segment_, nearest_corner_;  ///< per vertex: where a search starts
+};
+
+}  // namespace lamina::detail

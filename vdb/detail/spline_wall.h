@@ -1,0 +1,53 @@
+// The wall of a level set grid: the zero set of the C2 cubic spline through its values.
+//
+// Distances are exact to the spline's zero set whatever the values are away from it, so that grids in voxel
+// units, with |grad| off one, or under any affine transform need no repair; re-distancing them would move the
+// wall by up to 0.08 voxels.
+#pragma once
+
+#include "vdb/detail/facet_wall.h"
+#include "vdb/detail/grid.h"
+#include "vdb/detail/sparse.h"
+
+namespace lamina::detail {
+
+class SplineWall : public WallField {
+ public:
+  /// `grid.values` as read; they are prefiltered here.
+  explicit SplineWall(LoadedGrid grid);
+
+  [[nodiscard]] WallPoint at(const Vec3& x) const override;
+  [[nodiscard]] double phi(const Vec3& x) const override;
+  int others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const override;
+  [[nodiscard]] Box<3> bounds() const override { return facets_.bounds(); }
+
+  [[nodiscard]] const SparseGrid& values() const { return values_; }
+  [[nodiscard]] const Lattice& lattice() const { return lattice_; }
+  [[nodiscard]] double voxel() const { return voxel_; }
+  [[nodiscard]] const FacetWall& facets() const { return facets_; }
+
+ private:
+  struct Foot {
+    Vec3 q;  ///< closest point
+    Vec3 g;  ///< world gradient there
+    Mat3 H;  ///< world Hessian there
+    double phi;
+  };
+  struct Sample {
+    double f;
+    Vec3 g;
+    Mat3 H;
+  };
+  [[nodiscard]] Sample sample(const Vec3& x) const;
+  [[nodiscard]] Foot foot(const Vec3& x, const Vec3& start) const;
+  [[nodiscard]] bool newton(const Vec3& x, Vec3& q) const;
+  [[nodiscard]] WallPoint describe(const Foot& foot) const;
+
+  SparseGrid values_;
+  Lattice lattice_;
+  Mat3 to_index_;
+  double voxel_ = 1.0;
+  FacetWall facets_;  ///< the zero set as triangles: where Newton starts
+};
+
+}  // namespace lamina::detail

@@ -1,0 +1,55 @@
+// Generalised winding number of a set of triangles: 1 inside a closed outward oriented shell, 0 outside,
+// smooth across holes.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "vdb/detail/box_tree.h"
+
+namespace lamina::detail {
+
+using Corners = std::array<Vec3, 3>;
+
+/// Winding number by cluster expansions [Barill2018].
+class DipoleTree {
+ public:
+  explicit DipoleTree(std::vector<Corners> triangles);
+  DipoleTree() = default;
+  /// Near triangles exactly, clusters seen under a small angle by their second-order expansion; error below
+  /// 0.02.
+  [[nodiscard]] double at(const Vec3& x) const;
+
+ private:
+  struct Cluster {
+    Vec3 center = Vec3::Zero();
+    double radius = 0.0;
+    Vec3 dipole = Vec3::Zero();  ///< sum of area times normal
+    Mat3 moment = Mat3::Zero();  ///< sum of area times (centroid - center) normal^T
+  };
+  Cluster summarize(std::int32_t code, std::vector<Index>& leaves);
+
+  BoxTree tree_;
+  std::vector<std::array<Cluster, 2>> clusters_;  ///< of the children of each node
+  std::vector<Corners> triangles_;                ///< in leaf order
+};
+
+class Winding {
+ public:
+  Winding(std::span<const Vec3> points, std::span<const std::array<Index, 3>> triangles,
+          std::span<const Index> subset);
+  Winding() = default;
+
+  [[nodiscard]] double at(const Vec3& x) const { return crossings(x) - caps_.at(x); }
+
+ private:
+  /// Signed number of triangles and caps that the ray from x along +X leaves through; exact.
+  [[nodiscard]] int crossings(const Vec3& x) const;
+
+  BoxTree tree_;
+  std::vector<Corners> closed_;  ///< triangles and caps, in leaf order
+  DipoleTree caps_;
+};
+
+}  // namespace lamina::detail

@@ -1,0 +1,145 @@
+// Two kinds of wall behind one class: facets (exact distances by a tree over the triangles, the grid for
+// curvature and exchange) and spline (the grid is the geometry).
+#include "vdb/level_set.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "vdb/detail/facet_wall.h"
+#include "vdb/detail/grid.h"
+#include "vdb/detail/spline_wall.h"
+#include "vdb/detail/stencil_curvature.h"
+
+namespace lamina {
+
+struct LevelSet::Impl {
+  std::unique_ptr<WallField> wall;
+  detail::BandGrid grid;
+  LevelSetReport report;
+};
+
+namespace {
+
+constexpr double kLargestSide = 1e6;  // voxels; OpenVDB's coordinates are 32 bit
+
+void check_options(const LevelSetOptions& o) {
+  const auto check = [](bool good, const char* name, double value, const char* range) {
+    if (!good)
+      throw Error(ErrorCode::kParameter,
+                  fmt::format("level set: {} = {:g} is not in {}", name, value, range));
+  };
+  check(std::isfinite(o.voxel) && o.voxel >= 0.0, "voxel", o.voxel, "[0, inf)");
+  check(o.half_width_vox >= 3.0 && o.half_width_vox <= 100.0, "half_width_vox", o.half_width_vox, "[3, 100]");
+  check(o.max_memory > 0.0, "max_memory", o.max_memory, "(0, inf)");
+  check(o.feature_angle_degrees > 0.0 && o.feature_angle_degrees <= 180.0, "feature_angle_degrees",
+        o.feature_angle_degrees, "(0, 180]");
+}
+
+double area_of(const detail::Topology& topology) {
+  double area = 0.0;
+  for (const double a : topology.areas) area += a;
+  return area;
+}
+
+// The voxel asked for, or the default, coarsened to the budget.
+double choose_voxel(const detail::FacetWall& wall, const LevelSetOptions& o,
+                    std::vector<std::string>& warnings) {
+  const double area = area_of(wall.topology()), longest = wall.bounds().size().maxCoeff();
+  const double smallest =
+      std::max(detail::band_voxel(area, o.max_memory, o.half_width_vox), longest / kLargestSide);
+  if (o.voxel > 0.0) {
+    if (o.voxel < smallest)
+      throw Error(
+          ErrorCode::kLevelSetBudget,
+          fmt::format(
+              "level set: voxel {:g} needs about {:.3g} GB, the budget is {:.3g} GB: the smallest voxel "
+              "that fits is {:.4g}",
+              o.voxel, 1e-9 * detail::band_bytes(area, o.voxel, o.half_width_vox), 1e-9 * o.max_memory,
+              1.001 * smallest));
+    return o.voxel;
+  }
+  const double wanted = longest / kDefaultVoxelsAcross;
+  if (wanted >= smallest) return wanted;
+  warnings.push_back(
+      fmt::format("voxel {:.4g} instead of {:.4g}: the budget of {:.3g} GB allows no finer grid",
+                  1.001 * smallest, wanted, 1e-9 * o.max_memory));
+  return 1.001 * smallest;
+}
+
+}  // namespace
+
+LevelSet::LevelSet(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+LevelSet::LevelSet(LevelSet&&) noexcept = default;
+LevelSet& LevelSet::operator=(LevelSet&&) noexcept = default;
+LevelSet::~LevelSet() = default;
+
+WallPoint LevelSet::at(const Vec3& x) const { return impl_->wall->at(x); }
+double LevelSet::phi(const Vec3& x) const { return impl_->wall->phi(x); }
+int LevelSet::others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const {
+  return impl_->wall->others(x, nearest, reach, out);
+}
+Box<3> LevelSet::bounds() const { return impl_->wall->bounds(); }
+const LevelSetReport& LevelSet::report() const { return impl_->report; }
+
+LevelSet LevelSet::from_surface(Surface surface, const LevelSetOptions& options, Progress* progress) {
+  check_options(options);
+  if (surface.triangles.empty())
+    throw Error(ErrorCode::kSurfaceEmpty, "level set: the surface has no triangles");
+  auto impl = std::make_unique<Impl>();
+  LevelSetReport& report = impl->report;
+  auto wall = std::make_unique<detail::FacetWall>(std::move(surface),
+                                                  options.feature_angle_degrees * std::numbers::pi / 180.0);
+  report.sharp_edges = wall->topology().sharp_edges;
+  report.corners = wall->topology().corners;
+  report.sign_rule = wall->sign_rule().name();
+  report.warnings = wall->sign_rule().warnings();
+  report.voxel = choose_voxel(*wall, options, report.warnings);
+  if (progress != nullptr) progress->check_cancelled();
+  const Vec3 origin = (wall->bounds().center() / report.voxel).array().round() * report.voxel;
+  impl->grid = detail::BandGrid::from_surface(wall->surface(), report.voxel, options.half_width_vox, origin);
+  const detail::BandGrid::Polish polish =
+      impl->grid.polish([&](const Vec3& x, double bound) { return wall->phi_within(x, bound); });
+  report.polished_voxels = polish.changed;
+  report.worst_polish_vox = polish.worst;
+  report.active_voxels = impl->grid.active_voxels();
+  report.grid_bytes = impl->grid.bytes();
+  if (progress != nullptr) progress->check_cancelled();
+  detail::refine_by_stencils(*wall, impl->grid, options.half_width_vox, progress);
+  impl->wall = std::move(wall);
+  return LevelSet(std::move(impl));
+}
+
+LevelSet LevelSet::from_vdb(const std::filesystem::path& path, const LevelSetOptions& options, double scale,
+                            Progress* progress) {
+  check_options(options);
+  if (!(scale > 0.0) || !std::isfinite(scale))
+    throw Error(ErrorCode::kParameter, fmt::format("level set: scale = {:g} is not in (0, inf)", scale));
+  auto impl = std::make_unique<Impl>();
+  detail::LoadedGrid loaded = detail::load_grid(path, options, scale);
+  if (progress != nullptr) progress->check_cancelled();
+  const double half_width = loaded.half_width_vox;
+  auto wall = std::make_unique<detail::SplineWall>(std::move(loaded));
+  impl->grid = detail::BandGrid::like(wall->values(), wall->lattice(), wall->voxel(), half_width);
+  LevelSetReport& report = impl->report;
+  report.voxel = wall->voxel();
+  report.active_voxels = impl->grid.active_voxels();
+  report.grid_bytes = impl->grid.bytes();
+  report.sign_rule = "grid";
+  impl->wall = std::move(wall);
+  return LevelSet(std::move(impl));
+}
+
+void LevelSet::write(const std::filesystem::path& path) const {
+  if (dynamic_cast<const detail::SplineWall*>(impl_->wall.get()) == nullptr) {
+    impl_->grid.write(path, [&](const Vec3& x) { return impl_->wall->at(x); });
+    return;
+  }
+  // The values read need not be distances: those written are.
+  detail::BandGrid grid = impl_->grid.copy();
+  grid.polish([&](const Vec3& x, double) { return impl_->wall->phi(x); });
+  grid.write(path, [&](const Vec3& x) { return impl_->wall->at(x); });
+}
+
+}  // namespace lamina

@@ -1,0 +1,83 @@
+// The body as a level set: an OpenVDB narrow-band grid, exact distances where the wall is a triangle surface, and the
+// gradient and Hessian stencils that supply normals and principal curvatures.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/field.h"
+#include "core/progress.h"
+#include "vdb/surface.h"
+
+namespace lamina {
+
+struct LevelSetOptions {
+  double voxel = 0.0;                ///< voxel edge, world units; 0: longest extent / 200, coarser if the budget asks
+  double half_width_vox = 6.0;       ///< half width of the band in voxels, >= 3
+  double max_memory = 2e9;           ///< bytes the grids may take; exceeded by an explicit voxel: kLevelSetBudget
+  double feature_angle_degrees = 40.0;  ///< edges with a larger exterior dihedral angle are sharp
+  std::string grid;                  ///< .vdb input: name of the grid; empty: the only level set, else "surface"
+  std::optional<double> iso;         ///< .vdb input of fog class: iso value of the wall
+};
+
+struct LevelSetReport {
+  double voxel = 0.0;
+  std::int64_t active_voxels = 0;
+  double grid_bytes = 0.0;
+  std::int64_t polished_voxels = 0;  ///< voxels whose value of meshToVolume was off by more than 2e-7 relative
+  double worst_polish_vox = 0.0;     ///< largest correction, in voxels
+  std::int64_t sharp_edges = 0, corners = 0;
+  std::string sign_rule;             ///< "pseudonormal" or "winding number"
+  std::vector<std::string> warnings;
+};
+
+/// What is in a .vdb file, for `lamina info`.
+struct VdbGridInfo {
+  std::string name, type, grid_class, transform;
+  double voxel = 0.0, background = 0.0, min = 0.0, max = 0.0;
+  std::int64_t active_voxels = 0;
+  Box<3> bounds;
+};
+std::vector<VdbGridInfo> vdb_info(const std::filesystem::path& path);
+
+class LevelSet : public WallField {
+ public:
+  /// From a cleaned surface: exact distance by a bounding volume hierarchy, sign by pseudonormal when watertight
+  /// and by winding number otherwise, curvature from the grid's stencils (the surface's curvature tensor where the
+  /// stencil sees a feature, the other side of a thin part, or too few voxels).
+  /// Errors: kLevelSetBudget with the estimate and the smallest voxel that fits.
+  static LevelSet from_surface(Surface surface, const LevelSetOptions& options, Progress* progress = nullptr);
+
+  /// From a level set written by others: the wall is the zero set of the C2 cubic spline of the grid, closest points
+  /// by Newton steps on it. Distances are multiplied by `scale` (unit conversion).
+  /// Errors: kFileMissing, kFileFormat (corrupt, truncated), kLevelSetGrid naming the grids there are.
+  static LevelSet from_vdb(const std::filesystem::path& path, const LevelSetOptions& options, double scale = 1.0,
+                           Progress* progress = nullptr);
+
+  LevelSet(LevelSet&&) noexcept;
+  LevelSet& operator=(LevelSet&&) noexcept;
+  ~LevelSet() override;
+
+  [[nodiscard]] WallPoint at(const Vec3& x) const override;
+  [[nodiscard]] double phi(const Vec3& x) const override;
+  int others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const override;
+  [[nodiscard]] Box<3> bounds() const override;
+  [[nodiscard]] const LevelSetReport& report() const;
+
+  /// Writes `surface` (level set), `N`, `T1` and `k` (k1, k2, 0) on the same narrow band: float32, blosc, metadata;
+  /// atomically. Errors: kFileWrite.
+  void write(const std::filesystem::path& path) const;
+
+ private:
+  struct Impl;
+  explicit LevelSet(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Number of grid voxels along the longest extent of the body when no voxel size is given.
+inline constexpr double kDefaultVoxelsAcross = 200.0;
+
+}  // namespace lamina
