@@ -25,7 +25,8 @@ double BoundaryLayer::top_size() const { return h_min * std::pow(growth, layers 
 
 double skin_friction(double reynolds) {
   if (!(reynolds > 10.0 && reynolds < 1e9))
-    reject("Re", reynolds, "the skin-friction law [Billon2016, eq. 5] holds for 10 < Re < 1e9; give --hmin instead");
+    reject("Re", reynolds,
+           "the skin-friction law [Billon2016, eq. 5] holds for 10 < Re < 1e9; give --hmin instead");
   return std::pow(2.0 * std::log10(reynolds) - 0.65, -2.3);
 }
 
@@ -53,9 +54,9 @@ BoundaryLayer resolve(const Flow& flow, double body_length) {
   b.growth = flow.growth;
   require_positive("--yplus", flow.y_plus);
   if (flow.velocity.has_value() != flow.viscosity.has_value())
-    throw Error(ErrorCode::kParameter,
-                fmt::format("--{} is given without --{}: give both, or --re",
-                            flow.velocity ? "velocity" : "viscosity", flow.velocity ? "viscosity" : "velocity"));
+    throw Error(ErrorCode::kParameter, fmt::format("--{} is given without --{}: give both, or --re",
+                                                   flow.velocity ? "velocity" : "viscosity",
+                                                   flow.velocity ? "viscosity" : "velocity"));
   b.reynolds = flow.reynolds;
   if (flow.velocity) {
     require_positive("--velocity", *flow.velocity);
@@ -72,7 +73,8 @@ BoundaryLayer resolve(const Flow& flow, double body_length) {
   }
   if (flow.layers) {
     constexpr int kMaxLayers = 200;
-    if (*flow.layers < 1 || *flow.layers > kMaxLayers) reject("--layers", *flow.layers, "must be in [1, 200]");
+    if (*flow.layers < 1 || *flow.layers > kMaxLayers)
+      reject("--layers", *flow.layers, "must be in [1, 200]");
     b.layers = *flow.layers;
     b.delta = flow.delta.value_or(b.top());
     require_positive("--delta", b.delta);

@@ -1,7 +1,7 @@
 // First height, thickness and number of layers from boundary-layer theory [Billon2016, section 2].
 //
-// Two slips of the paper matter here: the layer counts of its section 5.1 come out only when delta omits L (eq. 8 gives
-// delta / L); we use delta = 0.38 L Re^-1/5 and let `layers` or `delta` be given instead.
+// Two slips of the paper matter here: the layer counts of its section 5.1 come out only when delta omits L
+// (eq. 8 gives delta / L); we use delta = 0.38 L Re^-1/5 and let `layers` or `delta` be given instead.
 #pragma once
 
 #include <optional>
@@ -13,12 +13,12 @@ enum class Regime { kLaminar, kTurbulent };
 
 /// What the user says of the flow. Lengths in world units; every optional value overrides the derived one.
 struct Flow {
-  double reynolds = 1e5;             ///< Re_L, in [1e3, 1e9)
-  std::optional<double> length;      ///< characteristic length L > 0; DEFAULT the body's longest extent
-  std::optional<double> velocity;    ///< u_inf > 0; with `viscosity` replaces `reynolds` by u L / nu
-  std::optional<double> viscosity;   ///< kinematic viscosity nu > 0, length^2 / time
-  double y_plus = 1.0;               ///< target y+ of the first height, > 0
-  double growth = 1.2;               ///< thickness ratio of neighbouring layers, in (1, 2]
+  double reynolds = 1e5;            ///< Re_L, in [1e3, 1e9)
+  std::optional<double> length;     ///< characteristic length L > 0; DEFAULT the body's longest extent
+  std::optional<double> velocity;   ///< u_inf > 0; with `viscosity` replaces `reynolds` by u L / nu
+  std::optional<double> viscosity;  ///< kinematic viscosity nu > 0, length^2 / time
+  double y_plus = 1.0;              ///< target y+ of the first height, > 0
+  double growth = 1.2;              ///< thickness ratio of neighbouring layers, in (1, 2]
   Regime regime = Regime::kTurbulent;
   std::optional<double> h_min, delta;
   std::optional<int> layers;
@@ -29,8 +29,8 @@ struct BoundaryLayer {
   double reynolds = 0.0, length = 0.0, growth = 1.2;
   double skin_friction = 0.0;  ///< C_F, eq. 5; 0 when h_min was given
   double h_min = 0.0;
-  double delta = 0.0;          ///< eq. 7 / 8, or the height of `layers` layers when those were given
-  int layers = 0;              ///< eq. 9 rounded up
+  double delta = 0.0;  ///< eq. 7 / 8, or the height of `layers` layers when those were given
+  int layers = 0;      ///< eq. 9 rounded up
 
   /// s_k = h_min (growth^k - 1) / (growth - 1): height of the first k layers [eq. in section 3.2.2].
   [[nodiscard]] double level(int k) const;

@@ -12,22 +12,24 @@ namespace lamina {
 /// The kind of surface element that holds the closest point.
 enum class WallFeature : std::uint8_t { kFace, kEdge, kCorner };
 
-/// What the level set knows of the wall, seen from a point x. Curvatures and frame belong to the closest surface
-/// point, so that all points of a wall-normal ray share them.
+/// What the level set knows of the wall, seen from a point x. Curvatures and frame belong to the closest
+/// surface point, so that all points of a wall-normal ray share them.
 struct WallPoint {
   double phi = std::numeric_limits<double>::infinity();  ///< signed distance, < 0 inside the body
   Vec3 closest = Vec3::Zero();                           ///< closest point of the wall
-  Vec3 N = Vec3::UnitZ();   ///< unit normal into the fluid: smoothed surface normal on faces; on the rays of a
-                            ///< sharp edge or corner the direction of the ray, oriented into the fluid
-  Vec3 T1 = Vec3::UnitX();  ///< principal direction of k1; N, T1, T2 orthonormal. On an edge ray: across the edge
+  Vec3 N = Vec3::UnitZ();  ///< unit normal into the fluid: smoothed surface normal on faces; on the rays of a
+                           ///< sharp edge or corner the direction of the ray, oriented into the fluid
+  Vec3 T1 =
+      Vec3::UnitX();  ///< principal direction of k1; N, T1, T2 orthonormal. On an edge ray: across the edge
   Vec3 T2 = Vec3::UnitY();  ///< principal direction of k2. On an edge ray: along the edge
-  double k1 = 0.0;          ///< principal curvatures of the wall, 1/length, > 0 convex (body bulges to the fluid),
-  double k2 = 0.0;          ///< |k1| >= |k2|; 0 where flat; across a sharp edge infinity
+  double k1 = 0.0;  ///< principal curvatures of the wall, 1/length, > 0 convex (body bulges to the fluid),
+  double k2 = 0.0;  ///< |k1| >= |k2|; 0 where flat; across a sharp edge infinity
   WallFeature feature = WallFeature::kFace;
-  double edge_distance = std::numeric_limits<double>::infinity();  ///< from `closest` to the nearest sharp convex
-                                                                   ///< edge or corner of the wall
-  Vec3 edge_direction = Vec3::Zero();  ///< unit tangent of that edge; zero where it is a corner or there is none
-  double edge_angle = 0.0;             ///< exterior dihedral angle of that edge, radians in (0, pi]; a sheet's rim: pi
+  double edge_distance = std::numeric_limits<double>::infinity();  ///< from `closest` to the nearest sharp
+                                                                   ///< convex edge or corner of the wall
+  Vec3 edge_direction =
+      Vec3::Zero();         ///< unit tangent of that edge; zero where it is a corner or there is none
+  double edge_angle = 0.0;  ///< exterior dihedral angle of that edge, radians in (0, pi]; a sheet's rim: pi
   double corner_distance = std::numeric_limits<double>::infinity();  ///< from `closest` to the nearest corner
 };
 
@@ -39,10 +41,12 @@ class WallField {
   [[nodiscard]] virtual WallPoint at(const Vec3& x) const = 0;
   /// Signed distance alone, the same bits as at(x).phi.
   [[nodiscard]] virtual double phi(const Vec3& x) const = 0;
-  /// Other walls seen from x: closest points of wall patches, other than the closest one, that are local minima of
-  /// the distance, no farther than `reach`, and whose direction from x differs by more than 30 degrees from the
-  /// closest one's and from each other's; nearest first, at most out.size(). Returns how many were written.
-  virtual int others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const = 0;
+  /// Other walls seen from x: closest points of wall patches, other than the closest one, that are local
+  /// minima of the distance, no farther than `reach`, and whose direction from x differs by more than 30
+  /// degrees from the closest one's and from each other's; nearest first, at most out.size(). Returns how
+  /// many were written.
+  virtual int others(const Vec3& x, const WallPoint& nearest, double reach,
+                     std::span<WallPoint> out) const = 0;
   /// Bounds of the wall.
   [[nodiscard]] virtual Box<3> bounds() const = 0;
 };

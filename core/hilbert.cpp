@@ -1,5 +1,5 @@
-// The bits of the cell coordinates are turned, level by level from the top, into the frame of the curve's sub-cube
-// (reflections and exchanges of axes), then interleaved and Gray decoded.
+// The bits of the cell coordinates are turned, level by level from the top, into the frame of the curve's
+// sub-cube (reflections and exchanges of axes), then interleaved and Gray decoded.
 #include "core/hilbert.h"
 
 #include <algorithm>

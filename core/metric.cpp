@@ -12,8 +12,9 @@ constexpr int upper_index(int row, int col) {
   return row == 0 ? col : (row == 1 ? 2 + col : 5);
 }
 
-// One-sided Jacobi: rotates the columns of C until they are orthogonal; V collects the rotations, C = W diag(s) V^T.
-// Small singular values keep full relative accuracy, which an eigen-decomposition of C^T C would lose.
+// One-sided Jacobi: rotates the columns of C until they are orthogonal; V collects the rotations, C = W
+// diag(s) V^T. Small singular values keep full relative accuracy, which an eigen-decomposition of C^T C would
+// lose.
 template <int D>
 void orthogonalize_columns(Mat<D>& C, Mat<D>& V) {
   constexpr int kMaxSweeps = 30;

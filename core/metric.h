@@ -1,10 +1,10 @@
 // Metric tensors: pure kernels on single metrics, edges and cells.
 //
 // A metric M is carried as its upper triangular factor U, M = U^T U, so that |U e| is the length of e in the
-// metric and det M = (prod diag U)^2. Boundary-layer metrics are built from a frame and sizes by a QR step and are
-// never diagonalised: a closed-form eigen-decomposition is wrong by 70 % at an aspect ratio of 1e4.
-// Lengths use the logarithmic form [Loseille2011]; quality is the mean ratio in ONE constant metric per cell, that of
-// the vertex with the largest determinant, so that a cell cannot turn inside out between two metrics.
+// metric and det M = (prod diag U)^2. Boundary-layer metrics are built from a frame and sizes by a QR step
+// and are never diagonalised: a closed-form eigen-decomposition is wrong by 70 % at an aspect ratio of 1e4.
+// Lengths use the logarithmic form [Loseille2011]; quality is the mean ratio in ONE constant metric per cell,
+// that of the vertex with the largest determinant, so that a cell cannot turn inside out between two metrics.
 #pragma once
 
 #include <array>
@@ -64,8 +64,8 @@ class Metric {
   std::array<double, kSymSize<D>> u_;  // rows of the upper triangle
 };
 
-/// Largest metric below both: the size in no direction exceeds that of a or of b. Simultaneous reduction by one-sided
-/// Jacobi rotations, accurate for any aspect ratio; a and b have symmetric roles up to rounding.
+/// Largest metric below both: the size in no direction exceeds that of a or of b. Simultaneous reduction by
+/// one-sided Jacobi rotations, accurate for any aspect ratio; a and b have symmetric roles up to rounding.
 template <int D>
 Metric<D> intersect(const Metric<D>& a, const Metric<D>& b);
 
@@ -83,7 +83,8 @@ double edge_length(const Vec<D>& p, const Metric<D>& a, const Vec<D>& q, const M
   return edge_length(a.length(e), b.length(e));
 }
 
-/// Cube root, within two units in the last place; the same bits on every machine, unlike std::cbrt. 0 for |x| < 1e-300.
+/// Cube root, within two units in the last place; the same bits on every machine, unlike std::cbrt. 0 for |x|
+/// < 1e-300.
 inline double cube_root(double x) {
   const double a = std::abs(x);
   if (a < 1e-300) return 0.0;
@@ -98,7 +99,8 @@ inline double cube_root(double x) {
   return x < 0.0 ? -y : y;
 }
 
-/// Mean-ratio quality in (0, 1] of a simplex with vertices x in the constant metric m; 1 for the regular simplex,
+/// Mean-ratio quality in (0, 1] of a simplex with vertices x in the constant metric m; 1 for the regular
+/// simplex,
 /// <= 0 when the cell is not positive.
 template <int D>
 double mean_ratio(const std::array<const Vec<D>*, D + 1>& x, const Metric<D>& m) {

@@ -48,8 +48,8 @@ class ThreadLimit {
 /// Number of hardware threads, at least 1.
 int hardware_threads();
 
-/// Calls body(begin, end) for consecutive chunks of `grain` indices that cover [0, n), in any order and on any
-/// thread. An exception of the body is rethrown here.
+/// Calls body(begin, end) for consecutive chunks of `grain` indices that cover [0, n), in any order and on
+/// any thread. An exception of the body is rethrown here.
 void for_each_chunk(std::size_t n, std::size_t grain, FunctionRef<void(std::size_t, std::size_t)> body);
 
 /// Runs both callables, possibly at the same time.

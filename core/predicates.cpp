@@ -1,7 +1,7 @@
-// The determinant is first evaluated in doubles together with a bound of its rounding error. When the bound does not
-// settle the sign, coordinate differences are taken as exact two-term expansions and the determinant is summed
-// without error; the largest component then carries the sign. Degenerate input pays microseconds, all other
-// input nanoseconds.
+// The determinant is first evaluated in doubles together with a bound of its rounding error. When the bound
+// does not settle the sign, coordinate differences are taken as exact two-term expansions and the determinant
+// is summed without error; the largest component then carries the sign. Degenerate input pays microseconds,
+// all other input nanoseconds.
 #include "core/predicates.h"
 
 #include <array>

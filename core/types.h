@@ -1,8 +1,8 @@
 // Scalar, vector and box types shared by every part of Lamina.
 //
 // Conventions that hold everywhere: world coordinates in the unit of the input, `double`; phi < 0 inside the
-// body; a positive cell is right-handed (det of the edge vectors from vertex 0 is > 0); symmetric matrices are
-// stored xx, xy, yy (, xz, yz, zz), which is also the order of GMF .sol files.
+// body; a positive cell is right-handed (det of the edge vectors from vertex 0 is > 0); symmetric matrices
+// are stored xx, xy, yy (, xz, yz, zz), which is also the order of GMF .sol files.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +26,7 @@ using Mat3 = Mat<3>;
 
 /// Number of independent entries of a symmetric D x D matrix.
 template <int D>
-inline constexpr int kSymSize = D * (D + 1) / 2;
+inline constexpr int kSymSize = D*(D + 1) / 2;
 
 /// Symmetric matrix, entries xx, xy, yy (, xz, yz, zz).
 template <int D>

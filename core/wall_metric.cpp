@@ -1,7 +1,8 @@
-// Near the wall the metric has the frame (N, T1, T2) of the closest wall point. Its normal size follows the layers, its
-// tangential sizes the curvature. Two things are added so that a mesh can meet it: sizes across a sharp edge start at
-// the fan around the edge and grow by the layer growth per element, and where further walls are in reach (concave
-// corners, channels) the metrics of all of them are intersected, which makes the field continuous across the bisector.
+// Near the wall the metric has the frame (N, T1, T2) of the closest wall point. Its normal size follows the
+// layers, its tangential sizes the curvature. Two things are added so that a mesh can meet it: sizes across a
+// sharp edge start at the fan around the edge and grow by the layer growth per element, and where further
+// walls are in reach (concave corners, channels) the metrics of all of them are intersected, which makes the
+// field continuous across the bisector.
 #include "core/wall_metric.h"
 
 #include <fmt/format.h>
@@ -18,36 +19,42 @@ namespace {
 [[noreturn]] void reject(ErrorCode code, const std::string& message) { throw Error(code, message); }
 
 std::string describe(const Box<3>& b) {
-  return fmt::format("[{:g}, {:g}] x [{:g}, {:g}] x [{:g}, {:g}]", b.lo[0], b.hi[0], b.lo[1], b.hi[1], b.lo[2],
-                     b.hi[2]);
+  return fmt::format("[{:g}, {:g}] x [{:g}, {:g}] x [{:g}, {:g}]", b.lo[0], b.hi[0], b.lo[1], b.hi[1],
+                     b.lo[2], b.hi[2]);
 }
 
 void require_box(const char* name, const Box<3>& box) {
   if (!box.lo.allFinite() || !box.hi.allFinite() || (box.size().array() <= 0.0).any())
-    reject(ErrorCode::kDomain, fmt::format("{} {} is empty: give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1",
-                                           name, describe(box)));
+    reject(ErrorCode::kDomain,
+           fmt::format("{} {} is empty: give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1", name,
+                       describe(box)));
 }
 
 void check(const BoundaryLayer& layer, const SizeOptions& s, const Box<3>& body) {
   if (!(s.h2 > layer.h_min))
-    reject(ErrorCode::kParameter,
-           fmt::format("--h2 = {:g} must exceed h_min = {:g}: raise --h2 or lower --hmin", s.h2, layer.h_min));
+    reject(
+        ErrorCode::kParameter,
+        fmt::format("--h2 = {:g} must exceed h_min = {:g}: raise --h2 or lower --hmin", s.h2, layer.h_min));
   if (!(s.h1 >= s.h2))
     reject(ErrorCode::kParameter, fmt::format("--h1 = {:g} must not be below --h2 = {:g}", s.h1, s.h2));
   require_box("--domain", s.domain);
   require_box("--box2", s.box2);
   const Vec3 overlap = s.domain.hi.cwiseMin(body.hi) - s.domain.lo.cwiseMax(body.lo);
   if ((overlap.array() < 0.0).any())
-    reject(ErrorCode::kDomain, fmt::format("the body {} lies outside the domain {}: enlarge --domain or check --unit",
-                                           describe(body), describe(s.domain)));
+    reject(ErrorCode::kDomain,
+           fmt::format("the body {} lies outside the domain {}: enlarge --domain or check --unit",
+                       describe(body), describe(s.domain)));
   if (!(s.growth_inside > 1.0 && s.growth_inside <= 4.0))
     reject(ErrorCode::kParameter, fmt::format("--growth-inside = {:g} must be in (1, 4]", s.growth_inside));
   if (s.mirrored_layers < 0 || s.mirrored_layers > 50)
-    reject(ErrorCode::kParameter, fmt::format("--mirrored-layers = {} must be in [0, 50]", s.mirrored_layers));
+    reject(ErrorCode::kParameter,
+           fmt::format("--mirrored-layers = {} must be in [0, 50]", s.mirrored_layers));
   if (!(s.corner_elements >= 1.0 && s.corner_elements <= 16.0))
-    reject(ErrorCode::kParameter, fmt::format("--corner-elements = {:g} must be in [1, 16]", s.corner_elements));
+    reject(ErrorCode::kParameter,
+           fmt::format("--corner-elements = {:g} must be in [1, 16]", s.corner_elements));
   if (s.gradation != 0.0 && !(s.gradation > 1.0 && s.gradation <= 4.0))
-    reject(ErrorCode::kParameter, fmt::format("--gradation = {:g} must be 0 (off) or in (1, 4]", s.gradation));
+    reject(ErrorCode::kParameter,
+           fmt::format("--gradation = {:g} must be 0 (off) or in (1, 4]", s.gradation));
 }
 
 }  // namespace
@@ -66,8 +73,8 @@ double WallMetric::layer_size(double height) const {
   return layer_.h_min * std::pow(layer_.growth, std::max(0.0, std::ceil(k - kSlack) - 1.0));
 }
 
-// The first layers mirrored, then growth by ln(growth_inside) per unit of depth, which doubles (for 2) from one
-// element to the next.
+// The first layers mirrored, then growth by ln(growth_inside) per unit of depth, which doubles (for 2) from
+// one element to the next.
 double WallMetric::inside_size(double depth) const {
   const double mirrored = layer_.level(sizes_.mirrored_layers);
   if (depth <= mirrored) return std::min(sizes_.h2, layer_size(depth));
@@ -98,8 +105,8 @@ double WallMetric::normal_size(const Vec3& x, double phi) const {
   return h;
 }
 
-// sqrt(2 R h + h^2) [eq. 29]. R is the radius of the wall plus, where level surfaces widen away from it, the distance to
-// it: at a sharp edge (R = 0) this bounds the number of elements of the fan at every height.
+// sqrt(2 R h + h^2) [eq. 29]. R is the radius of the wall plus, where level surfaces widen away from it, the
+// distance to it: at a sharp edge (R = 0) this bounds the number of elements of the fan at every height.
 double WallMetric::tangential_size(double curvature, double hn, double phi) const {
   double h = sizes_.h2;
   if (std::isinf(curvature)) {
@@ -144,7 +151,8 @@ Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, dou
   along.normalize();
   axes.row(1) = wall.N.cross(along).transpose();
   axes.row(2) = along.transpose();
-  return intersect(base, Metric<3>::from_frame(axes, Vec3(h[0], std::max(across, h[0]), std::max(h[1], h[2]))));
+  return intersect(base,
+                   Metric<3>::from_frame(axes, Vec3(h[0], std::max(across, h[0]), std::max(h[1], h[2]))));
 }
 
 // The distance beyond which a further wall cannot ask for less than `size` in its normal direction.

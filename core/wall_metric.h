@@ -1,4 +1,5 @@
-// The boundary-layer metric of an immersed body [Billon2016, sections 3 and 4], evaluated directly at any point.
+// The boundary-layer metric of an immersed body [Billon2016, sections 3 and 4], evaluated directly at any
+// point.
 #pragma once
 
 #include <optional>
@@ -15,14 +16,14 @@ enum class Region : int { kInside = 0, kLayer = 1, kBox2 = 2, kBox1 = 3 };
 
 /// Sizes outside the boundary layer. Lengths in world units.
 struct SizeOptions {
-  double h2 = 0.0;               ///< largest size in Box2, > h_min
-  double h1 = 0.0;               ///< largest size at the border of the domain (Box1), >= h2
+  double h2 = 0.0;  ///< largest size in Box2, > h_min
+  double h1 = 0.0;  ///< largest size at the border of the domain (Box1), >= h2
   Box<3> domain, box2;
   Profile profile = Profile::kLayered;
   double growth_inside = 2.0;    ///< growth per layer inside the body below the mirrored layers, in (1, 4]
   int mirrored_layers = 3;       ///< layers repeated on the inside
   double corner_elements = 3.0;  ///< elements per 90 degrees of the fan around a sharp edge, in [1, 16]
-  double gradation = 1.5;        ///< bound on the ratio of sizes per element beyond the layers, in (1, 4]; 0 = off
+  double gradation = 1.5;  ///< bound on the ratio of sizes per element beyond the layers, in (1, 4]; 0 = off
 };
 
 /// The whole metric at a point with its ingredients, for files, pictures and reports.
@@ -39,7 +40,8 @@ class WallMetric : public MetricField<3> {
   WallMetric(const WallField& wall, const BoundaryLayer& layer, const SizeOptions& sizes);
 
   [[nodiscard]] Metric<3> at(const Vec3& x) const override { return at_coarsened(x, 0.0); }
-  /// The same metric with every size below `floor` raised to it: one step of the way from the seed's size to h_min.
+  /// The same metric with every size below `floor` raised to it: one step of the way from the seed's size to
+  /// h_min.
   [[nodiscard]] Metric<3> at_coarsened(const Vec3& x, double floor) const;
   [[nodiscard]] WallSample sample(const Vec3& x) const;
   [[nodiscard]] Region region(const Vec3& x, double phi) const;
@@ -59,7 +61,8 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] double tangential_size(double curvature, double hn, double phi) const;
   [[nodiscard]] Sizes wall_sizes(const Vec3& x, const WallPoint& wall) const;
   [[nodiscard]] Metric<3> wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const;
-  [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& wall, const Sizes& sizes, double floor) const;
+  [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& wall, const Sizes& sizes,
+                                 double floor) const;
   [[nodiscard]] double reach(const Vec3& x, double size) const;
 
   const WallField* wall_;

@@ -1,4 +1,5 @@
-// The anisotropic optimizer: makes a mesh unit in a metric that is evaluated directly at every new or moved vertex.
+// The anisotropic optimizer: makes a mesh unit in a metric that is evaluated directly at every new or moved
+// vertex.
 #pragma once
 
 #include <array>
@@ -12,7 +13,8 @@
 
 namespace lamina {
 
-/// A family of metrics from coarse to wanted: `size_floor` s raises every size below s to s; 0 is the wanted metric.
+/// A family of metrics from coarse to wanted: `size_floor` s raises every size below s to s; 0 is the wanted
+/// metric.
 template <int D>
 class AdaptMetric {
  public:
@@ -21,12 +23,12 @@ class AdaptMetric {
 };
 
 struct AdaptOptions {
-  double quality_floor = 0.1;   ///< no accepted operation makes a cell worse than min(floor, what was there)
-  double start_size = 0.0;      ///< first size floor; 0: the longest edge of the seed
-  double end_size = 0.0;        ///< smallest wanted size: the floor is halved until it is below this, then dropped
-  int passes_per_step = 3;      ///< block passes per step of the homotopy
-  int final_passes = 10;        ///< at the wanted metric
-  int block_vertices = 16384;   ///< vertices per block; fixed by the mesh, never by the thread count
+  double quality_floor = 0.1;  ///< no accepted operation makes a cell worse than min(floor, what was there)
+  double start_size = 0.0;     ///< first size floor; 0: the longest edge of the seed
+  double end_size = 0.0;  ///< smallest wanted size: the floor is halved until it is below this, then dropped
+  int passes_per_step = 3;     ///< block passes per step of the homotopy
+  int final_passes = 8;        ///< at the wanted metric
+  int block_vertices = 16384;  ///< vertices per block; fixed by the mesh, never by the thread count
 };
 
 /// Work of one operator.
@@ -51,10 +53,10 @@ struct AdaptSummary {
   std::string stopped_because;
 };
 
-/// Adapts `mesh` in place. The boundary of the domain is kept: flat faces stay flat, edges and corners of a box stay.
-/// REQUIRES a valid mesh (mesh/validate.h) whose boundary facets lie in planes told apart by facet_tags.
-/// GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits for every thread
-/// count; (4) `metric` receives the metric of every vertex, evaluated at the wanted sizes.
+/// Adapts `mesh` in place. The boundary of the domain is kept: flat faces stay flat, edges and corners of a
+/// box stay. REQUIRES a valid mesh (mesh/validate.h) whose boundary facets lie in planes told apart by
+/// facet_tags. GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits
+/// for every thread count; (4) `metric` receives the metric of every vertex, evaluated at the wanted sizes.
 /// Errors: kAdapt (seed not usable), kInterrupted.
 template <int D>
 AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,

@@ -1,5 +1,6 @@
-// A simplicial mesh as it is exchanged: triangles in the plane (D = 2) or tetrahedra (D = 3), its boundary facets,
-// tags and named fields. The optimizer works on a structure of its own (mesh/adapt) and converts at its ends.
+// A simplicial mesh as it is exchanged: triangles in the plane (D = 2) or tetrahedra (D = 3), its boundary
+// facets, tags and named fields. The optimizer works on a structure of its own (mesh/adapt) and converts at
+// its ends.
 #pragma once
 
 #include <array>
@@ -11,8 +12,8 @@
 
 namespace lamina {
 
-/// Named values on points or cells, `components` doubles each (1 scalar, D vector, kSymSize<D> symmetric tensor in
-/// the order of Sym<D>).
+/// Named values on points or cells, `components` doubles each (1 scalar, D vector, kSymSize<D> symmetric
+/// tensor in the order of Sym<D>).
 struct MeshField {
   std::string name;
   int components = 1;
@@ -24,9 +25,9 @@ struct Mesh {
   std::vector<Vec<D>> points;
   std::vector<std::array<Index, D + 1>> cells;  ///< positive: right-handed (0, 1, 2, 3)
   std::vector<Index> cell_tags;                 ///< one per cell, or empty
-  std::vector<std::array<Index, D>> facets;     ///< boundary (and tagged interior) facets; normal points outward
-  std::vector<Index> facet_tags;                ///< one per facet, or empty
-  std::vector<Index> point_tags;                ///< one per point, or empty
+  std::vector<std::array<Index, D>> facets;  ///< boundary (and tagged interior) facets; normal points outward
+  std::vector<Index> facet_tags;             ///< one per facet, or empty
+  std::vector<Index> point_tags;             ///< one per point, or empty
   std::vector<MeshField> point_fields, cell_fields;
 
   [[nodiscard]] const MeshField* point_field(const std::string& name) const {

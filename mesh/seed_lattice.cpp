@@ -1,5 +1,5 @@
-// Every grid cell of the box is cut into the D! simplices of Kuhn's triangulation, all along the same diagonal, so that
-// neighbouring grid cells match without further care.
+// Every grid cell of the box is cut into the D! simplices of Kuhn's triangulation, all along the same
+// diagonal, so that neighbouring grid cells match without further care.
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,6 @@
-// The only file that sees TetGen (AGPL-3). The box is given as a piecewise linear complex whose edges TetGen refines
-// itself; quality 1.4 and a volume bound from the wanted edge length give a coarse, near-isotropic mesh.
+// The only file that sees TetGen (AGPL-3). The box is given as a piecewise linear complex whose edges TetGen
+// refines itself; quality 1.4 and a volume bound from the wanted edge length give a coarse, near-isotropic
+// mesh.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -25,7 +26,8 @@ void describe_box(const Box<3>& box, tetgenio& in) {
   in.pointlist = new REAL[24];
   for (int p = 0; p < 8; ++p)
     for (int i = 0; i < 3; ++i) in.pointlist[3 * p + i] = (p >> i & 1) ? box.hi[i] : box.lo[i];
-  constexpr int kFaces[6][4] = {{0, 2, 6, 4}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 5, 7, 6}};
+  constexpr int kFaces[6][4] = {{0, 2, 6, 4}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 5, 7, 6}};
   in.numberoffacets = 6;
   in.facetlist = new tetgenio::facet[6];
   in.facetmarkerlist = new int[6];
@@ -55,7 +57,8 @@ Mesh<3> make_tetgen_seed(const Box<3>& box, double size, int max_cells_per_axis)
   try {
     tetrahedralize(switches.data(), &in, &out);
   } catch (int code) {
-    throw Error(ErrorCode::kSeed, fmt::format("TetGen failed on the domain box (code {}): use --seed lattice", code));
+    throw Error(ErrorCode::kSeed,
+                fmt::format("TetGen failed on the domain box (code {}): use --seed lattice", code));
   }
   Mesh<3> mesh;
   for (int p = 0; p < out.numberofpoints; ++p) {

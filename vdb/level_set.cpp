@@ -127,6 +127,11 @@ LevelSet LevelSet::from_vdb(const std::filesystem::path& path, const LevelSetOpt
   report.active_voxels = impl->grid.active_voxels();
   report.grid_bytes = impl->grid.bytes();
   report.sign_rule = "grid";
+  if (wall->blur() > 0.0)
+    report.warnings.push_back(fmt::format(
+        "the grid's second derivatives are rough (made from facets, or noisy): normals and curvatures are "
+        "taken from values blurred over {:.2g} voxels",
+        wall->blur()));
   impl->wall = std::move(wall);
   return LevelSet(std::move(impl));
 }

@@ -37,16 +37,16 @@ std::string parse_message(const CLI::App& root, const CLI::ParseError& error) {
   for (const CLI::App* command : root.get_subcommands([](const CLI::App*) { return true; }))
     commands.push_back(command->get_name());
   const auto rest = root.remaining(true);
-  if (app == &root && !rest.empty() && rest.front().rfind("-", 0) != 0)
+  if (app == &root && !rest.empty() && (rest.front().empty() || rest.front().front() != '-'))
     return fmt::format("unknown command {}{}; lamina --help lists them", rest.front(),
                        did_you_mean(rest.front(), commands));
   for (const std::string& word : rest)
-    if (word.rfind("-", 0) == 0)
+    if (!word.empty() && word.front() == '-')
       return fmt::format("unknown option {}{}; lamina {}--help lists them", word, did_you_mean(word, flags),
                          app == &root ? "" : app->get_name() + " ");
   if (!rest.empty()) return fmt::format("unexpected argument {}", rest.front());
   // "--hmin: 1 required X missing"
-  const std::string what = error.what();
+  std::string what = error.what();
   const std::size_t colon = what.find(": "), required = what.find(" required "),
                     missing = what.find(" missing");
   if (colon != std::string::npos && required != std::string::npos && missing != std::string::npos)

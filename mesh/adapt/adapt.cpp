@@ -1,6 +1,7 @@
-// The main path of the optimizer. The wanted smallest size is approached by halving a floor under all sizes, so that
-// at every step the mesh is at most a factor of two away from its metric; at each step the mesh is cut into pieces
-// along a Hilbert curve and every piece is visited by collapse, split, swap and smoothing sweeps.
+// The main path of the optimizer. The wanted smallest size is approached by halving a floor under all sizes,
+// so that at every step the mesh is at most a factor of two away from its metric; at each step the mesh is
+// cut into pieces along a Hilbert curve and every piece is visited by collapse, split, swap and smoothing
+// sweeps.
 #include "mesh/adapt.h"
 
 #include <fmt/format.h>
@@ -46,8 +47,9 @@ TagMap map_tags(const Mesh<D>& mesh, GlobalMesh<D>& global) {
   TagMap tags;
   for (std::size_t f = 0; f < mesh.facets.size(); ++f) tags.to_bit[mesh.facet_tags[f]] = 0;
   if (tags.to_bit.size() > kMaxTags)
-    throw Error(ErrorCode::kAdapt, fmt::format("the mesh has {} boundary tags; at most {} planes are supported",
-                                               tags.to_bit.size(), kMaxTags));
+    throw Error(ErrorCode::kAdapt,
+                fmt::format("the mesh has {} boundary tags; at most {} planes are supported",
+                            tags.to_bit.size(), kMaxTags));
   for (auto& [input, bit] : tags.to_bit) {
     bit = static_cast<int>(tags.to_input.size());
     tags.to_input.push_back(input);
@@ -119,7 +121,8 @@ template <int D>
 double longest_edge(const GlobalMesh<D>& mesh) {
   double longest = 0.0;
   for (const auto& cell : mesh.cells)
-    for (const auto& e : kCellEdges<D>) longest = std::max(longest, (mesh.x[cell[e[1]]] - mesh.x[cell[e[0]]]).norm());
+    for (const auto& e : kCellEdges<D>)
+      longest = std::max(longest, (mesh.x[cell[e[1]]] - mesh.x[cell[e[0]]]).norm());
   return longest;
 }
 
@@ -188,10 +191,13 @@ void add_stats(std::vector<OperatorStats>& total, const std::array<OperatorStats
   }
 }
 
+/// The last passes at the wanted metric look for gains among good cells too.
+constexpr int kPolishPasses = 2;
+
 /// One visit of every piece.
 template <int D>
-void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, const AdaptOptions& options, int pass,
-              bool last, AdaptSummary& summary) {
+void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, const AdaptOptions& options,
+              int pass, bool polish, AdaptSummary& summary) {
   constexpr std::size_t kCellsPerVertex = D == 3 ? 5 : 2;
   const std::size_t cells_per_block = kCellsPerVertex * static_cast<std::size_t>(options.block_vertices);
   std::vector<std::array<OperatorStats, kOperatorCount>> stats(block_count(mesh, cells_per_block));
@@ -199,7 +205,7 @@ void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, co
     Operators<D> op(local, field, floor);
     Rules rules;
     rules.floor = options.quality_floor;
-    rules.swap_below = last ? 0.8 : 0.6;
+    rules.swap_below = polish ? 0.8 : 0.6;
     op.collapse_sweep(rules);
     for (const double threshold : {2.83, 2.0, kUnitMax}) {
       rules.long_edge = threshold;
@@ -208,7 +214,7 @@ void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, co
     op.swap_sweep(rules);
     op.smooth_sweep(rules);
     op.repair_sweep(rules, 0.35);
-    if (last) {
+    if (polish) {
       op.collapse_sweep(rules);
       op.swap_sweep(rules);
       op.smooth_sweep(rules);
@@ -232,7 +238,8 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
   TagMap tags;
   GlobalMesh<D> global = import_mesh(mesh, tags);
   std::vector<double> floors;
-  for (double s = options.start_size > 0.0 ? options.start_size : longest_edge(global); s > options.end_size; s *= 0.5)
+  for (double s = options.start_size > 0.0 ? options.start_size : longest_edge(global); s > options.end_size;
+       s *= 0.5)
     floors.push_back(s);
   floors.push_back(0.0);
   int pass = 0;
@@ -243,7 +250,7 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
     const int passes = last ? options.final_passes : options.passes_per_step;
     for (int i = 0; i < passes; ++i, ++pass) {
       if (progress) progress->check_cancelled();
-      run_pass(global, field, floors[k], options, pass, last, summary);
+      run_pass(global, field, floors[k], options, pass, last && passes - i <= kPolishPasses, summary);
     }
     AdaptStep step = measure(global);
     step.size_floor = floors[k];
@@ -251,8 +258,8 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
     summary.steps.push_back(step);
     if (progress) {
       progress->update(static_cast<double>(k + 1) / static_cast<double>(floors.size()),
-                       fmt::format("step {} of {}, {} cells, {:.1f} % unit edges", k + 1, floors.size(), step.cells,
-                                   100.0 * step.unit_share));
+                       fmt::format("step {} of {}, {} cells, {:.1f} % unit edges", k + 1, floors.size(),
+                                   step.cells, 100.0 * step.unit_share));
     }
   }
   export_mesh(global, tags, mesh);
@@ -262,7 +269,9 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
   return summary;
 }
 
-template AdaptSummary adapt(Mesh<2>&, const AdaptMetric<2>&, std::vector<Metric<2>>&, const AdaptOptions&, Progress*);
-template AdaptSummary adapt(Mesh<3>&, const AdaptMetric<3>&, std::vector<Metric<3>>&, const AdaptOptions&, Progress*);
+template AdaptSummary adapt(Mesh<2>&, const AdaptMetric<2>&, std::vector<Metric<2>>&, const AdaptOptions&,
+                            Progress*);
+template AdaptSummary adapt(Mesh<3>&, const AdaptMetric<3>&, std::vector<Metric<3>>&, const AdaptOptions&,
+                            Progress*);
 
 }  // namespace lamina

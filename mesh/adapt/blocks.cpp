@@ -211,8 +211,8 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
           auto& cell = mesh.cells[cell_base[b] + static_cast<std::int64_t>(i)];
           for (int k = 0; k <= D; ++k) {
             const Index v = r.cells[i][k];
-            cell[k] = v < old_count ? renumber[v]
-                                    : static_cast<Index>(kept + vertex_base[b] + (v - old_count));
+            cell[k] =
+                v < old_count ? renumber[v] : static_cast<Index>(kept + vertex_base[b] + (v - old_count));
           }
           mesh.facet_tags[cell_base[b] + static_cast<std::int64_t>(i)] = r.facet_tags[i];
         }

@@ -1,8 +1,8 @@
 // Cuts the mesh into pieces along a Hilbert curve, adapts them at the same time, and joins them again.
 //
-// The number of pieces follows from the mesh alone, each is adapted by serial code, and ids are given in piece order,
-// so the result does not depend on the number of threads. The curve is shifted from pass to pass, so that what was
-// frozen between two pieces lies inside one in the next pass.
+// The number of pieces follows from the mesh alone, each is adapted by serial code, and ids are given in
+// piece order, so the result does not depend on the number of threads. The curve is shifted from pass to
+// pass, so that what was frozen between two pieces lies inside one in the next pass.
 #pragma once
 
 #include <functional>

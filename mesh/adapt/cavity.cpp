@@ -7,7 +7,8 @@
 namespace lamina::adapt_detail {
 namespace {
 
-// Above this quality the rounding error of the volume in metric space cannot reach its sign (aspect ratios to 1e9).
+// Above this quality the rounding error of the volume in metric space cannot reach its sign (aspect ratios to
+// 1e9).
 constexpr double kSignIsSafe = 1e-4;
 
 template <int D>
@@ -195,9 +196,8 @@ bool Cavity<D>::glue(Index id) {
   ridges_.clear();
   for (Index s = 0; s < static_cast<Index>(stars_.size()); ++s)
     for (int k = 1; k <= D; ++k) ridges_.push_back({ridge_key<D>(stars_[s].v, k), s, k});
-  std::sort(ridges_.begin(), ridges_.end(), [](const Ridge& a, const Ridge& b) {
-    return a.key != b.key ? a.key < b.key : a.star < b.star;
-  });
+  std::sort(ridges_.begin(), ridges_.end(),
+            [](const Ridge& a, const Ridge& b) { return a.key != b.key ? a.key < b.key : a.star < b.star; });
   for (std::size_t r = 0; r < ridges_.size();) {
     std::size_t end = r + 1;
     while (end < ridges_.size() && ridges_[end].key == ridges_[r].key) ++end;

@@ -1,8 +1,9 @@
 // The one operation of the optimizer: a set of cells is replaced by the star of a point.
 //
-// Split, collapse, swap and point insertion are choices of cavity and point. The star is accepted only when it closes:
-// every facet of a new cell is shared with exactly one other new cell, with the mesh around the cavity, or lies on the
-// boundary of the domain. Together with positive volumes this makes the new cells fill the cavity exactly.
+// Split, collapse, swap and point insertion are choices of cavity and point. The star is accepted only when
+// it closes: every facet of a new cell is shared with exactly one other new cell, with the mesh around the
+// cavity, or lies on the boundary of the domain. Together with positive volumes this makes the new cells fill
+// the cavity exactly.
 #pragma once
 
 #include <span>
@@ -34,10 +35,10 @@ class Cavity {
   [[nodiscard]] TagSet edge_tags() const { return edge_tags_; }
   [[nodiscard]] double worst_quality() const;
 
-  /// Proposes the star of `p` (existing vertex `id`, or a new one when id == kNone) in place of the cavity, after
-  /// which vertex `removed` (or none) has lost all its cells.
-  /// Returns false as soon as a cell is not positive or its quality is not above `floor`, or the star does not close;
-  /// blocking_cell() and blocking_facet() then tell the outer facet that failed, or kNone.
+  /// Proposes the star of `p` (existing vertex `id`, or a new one when id == kNone) in place of the cavity,
+  /// after which vertex `removed` (or none) has lost all its cells. Returns false as soon as a cell is not
+  /// positive or its quality is not above `floor`, or the star does not close; blocking_cell() and
+  /// blocking_facet() then tell the outer facet that failed, or kNone.
   bool propose(const Vertex& p, Index id, double floor, Index removed = kNone);
   [[nodiscard]] Index blocking_cell() const { return blocking_cell_; }
   [[nodiscard]] int blocking_facet() const { return blocking_facet_; }
@@ -50,22 +51,22 @@ class Cavity {
   Index commit(const Vertex& p, Index id);
 
  private:
-  struct Star {                       // a proposed cell: p and an outer facet of the cavity
-    std::array<Index, D + 1> v;       // v[0] stands for p
+  struct Star {                  // a proposed cell: p and an outer facet of the cavity
+    std::array<Index, D + 1> v;  // v[0] stands for p
     double quality;
-    Index outside;                    // neighbour code across the outer facet
-    int back;                         // facet of `outside` that looks at the cavity
-    std::array<Index, D + 1> inner;   // across facet i >= 1: star index, or kNone and then ...
-    std::array<Index, D + 1> outer;   // ... neighbour code
+    Index outside;                   // neighbour code across the outer facet
+    int back;                        // facet of `outside` that looks at the cavity
+    std::array<Index, D + 1> inner;  // across facet i >= 1: star index, or kNone and then ...
+    std::array<Index, D + 1> outer;  // ... neighbour code
     std::array<int, D + 1> outer_back;
   };
-  struct Dropped {                    // an outer facet that contains p, or lies in a boundary plane through p
+  struct Dropped {  // an outer facet that contains p, or lies in a boundary plane through p
     std::array<Index, D> v;
     Index outside;
     int back;
     bool contains_p, matched;
   };
-  struct Ridge {                      // a facet of a star cell that contains p, without p
+  struct Ridge {  // a facet of a star cell that contains p, without p
     std::uint64_t key;
     Index star;
     int facet;

@@ -1,8 +1,8 @@
 // The piece of a mesh that one task adapts: cells with adjacency, vertices with metric and constraints.
 //
-// Facets that the piece shares with the rest of the mesh are frozen: no operation changes them, which is what lets
-// pieces be adapted at the same time. Neighbour codes: >= 0 a cell of the piece, kInterface the rest of the mesh,
-// boundary_code(tag) the boundary of the domain.
+// Facets that the piece shares with the rest of the mesh are frozen: no operation changes them, which is what
+// lets pieces be adapted at the same time. Neighbour codes: >= 0 a cell of the piece, kInterface the rest of
+// the mesh, boundary_code(tag) the boundary of the domain.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 namespace lamina::adapt_detail {
 
 inline constexpr Index kInterface = -1;
-constexpr Index boundary_code(int tag) { return -1 - tag; }     ///< tag in 1..31
+constexpr Index boundary_code(int tag) { return -1 - tag; }  ///< tag in 1..31
 constexpr bool is_boundary(Index neighbor) { return neighbor < kInterface; }
 constexpr int boundary_tag(Index neighbor) { return -1 - neighbor; }
 
@@ -28,12 +28,12 @@ struct LocalMesh {
   struct Vertex {
     Vec<D> x;
     Metric<D> metric;
-    double density = 0.0;   ///< sqrt(det metric), cached
+    double density = 0.0;  ///< sqrt(det metric), cached
     TagSet tags = 0;
-    Index cell = kNone;     ///< one of its cells; < 0: removed
-    bool frozen = false;    ///< on an interface
-    int changed = 0;        ///< last pass in which its cells, position or metric changed, or it was frozen
-    std::uint32_t mark = 0; ///< scratch of Cavity
+    Index cell = kNone;      ///< one of its cells; < 0: removed
+    bool frozen = false;     ///< on an interface
+    int changed = 0;         ///< last pass in which its cells, position or metric changed, or it was frozen
+    std::uint32_t mark = 0;  ///< scratch of Cavity
   };
   struct Cell {
     std::array<Index, D + 1> v;  ///< v[0] == kNone: removed
@@ -49,7 +49,7 @@ struct LocalMesh {
   std::uint32_t stamp = 0;         ///< cells with mark == stamp belong to the current cavity
   std::uint32_t vertex_stamp = 0;  ///< the same for marks of vertices
 
-  int pass = 0;                    ///< number of the current pass
+  int pass = 0;  ///< number of the current pass
 
   /// What was tried in the last pass and is unchanged since would fail again.
   [[nodiscard]] bool active(Index v) const { return vertices[v].changed >= pass - 1; }

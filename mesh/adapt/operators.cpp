@@ -1,7 +1,8 @@
-// Every operator follows one pattern: candidates are listed in a fixed order (worst first, ties by index), each is
-// turned into a cavity and a point, and the cavity operator decides by one rule: the new worst quality must exceed
-// min(floor, old worst), volumes stay positive, new lengths stay in a window, and boundary vertices stay on their
-// planes. A cavity whose star fails at one facet takes in the cell behind that facet and tries again.
+// Every operator follows one pattern: candidates are listed in a fixed order (worst first, ties by index),
+// each is turned into a cavity and a point, and the cavity operator decides by one rule: the new worst
+// quality must exceed min(floor, old worst), volumes stay positive, new lengths stay in a window, and
+// boundary vertices stay on their planes. A cavity whose star fails at one facet takes in the cell behind
+// that facet and tries again.
 #include "mesh/adapt/operators.h"
 
 #include <algorithm>
@@ -73,8 +74,19 @@ Index Operators<D>::find_cell(Index a, Index b, Index hint) {
   return kNone;
 }
 
+// The vertices of the cavity, each once.
 template <int D>
-bool Operators<D>::propose_enlarging(const Vertex& p, Index id, Index removed, const Rules& rules, double relax) {
+void Operators<D>::list_vertices(std::vector<Index>& out) {
+  const std::uint32_t seen = ++mesh_.vertex_stamp;
+  out.clear();
+  for (const Index c : cavity_.cells())
+    for (const Index v : mesh_.cells[c].v)
+      if (std::exchange(mesh_.vertices[v].mark, seen) != seen) out.push_back(v);
+}
+
+template <int D>
+bool Operators<D>::propose_enlarging(const Vertex& p, Index id, Index removed, const Rules& rules,
+                                     double relax) {
   for (int k = 0; k <= rules.enlargements; ++k) {
     const double floor = std::min(relax * rules.floor, cavity_.worst_quality());
     if (cavity_.propose(p, id, floor, removed)) return true;
@@ -98,18 +110,23 @@ bool Operators<D>::split(const Edge& e, const Rules& rules) {
   // Halves the metric length when the size varies linearly along the edge.
   const double t = std::clamp(1.0 / (1.0 + std::sqrt(a.metric.length(d) / b.metric.length(d))), 0.25, 0.75);
   const Vertex p = make_vertex(a.x + t * d, cavity_.edge_tags());
+  const auto too_short = [&](Index w) {
+    return edge_length<D>(p.x, p.metric, mesh_.vertices[w].x, mesh_.vertices[w].metric) < rules.shortest_new;
+  };
+  list_vertices(neighbors_);
+  if (std::any_of(neighbors_.begin(), neighbors_.end(), too_short)) {
+    ++stats.rejected_length;
+    return false;
+  }
   // A far too long edge may pin a bad cell that only a split frees, at first at the price of quality.
   constexpr double kFarTooLong = 2.0;
   if (!propose_enlarging(p, kNone, kNone, rules, e.length > kFarTooLong ? 0.4 : 1.0)) {
     ++stats.rejected_quality;
     return false;
   }
-  for (const Index w : cavity_.link()) {
-    const double l = edge_length<D>(p.x, p.metric, mesh_.vertices[w].x, mesh_.vertices[w].metric);
-    if (l < rules.shortest_new) {
-      ++stats.rejected_length;
-      return false;
-    }
+  if (std::any_of(cavity_.link().begin(), cavity_.link().end(), too_short)) {
+    ++stats.rejected_length;
+    return false;
   }
   cavity_.commit(p, kNone);
   ++stats.accepted;
@@ -146,15 +163,20 @@ bool Operators<D>::collapse(Index a, Index b, const Rules& rules) {
   ++stats.tried;
   cavity_.set_ball(a);
   const Vertex p = mesh_.vertices[b];
+  // Lengths are cheaper than qualities, and settle most cases.
+  const auto too_long = [&](Index w) { return w != a && w != b && mesh_.length(b, w) > rules.longest_new; };
+  list_vertices(neighbors_);
+  if (std::any_of(neighbors_.begin(), neighbors_.end(), too_long)) {
+    ++stats.rejected_length;
+    return false;
+  }
   if (!propose_enlarging(p, b, a, rules, 1.0)) {
     ++stats.rejected_quality;
     return false;
   }
-  for (const Index w : cavity_.link()) {
-    if (mesh_.length(b, w) > rules.longest_new) {
-      ++stats.rejected_length;
-      return false;
-    }
+  if (std::any_of(cavity_.link().begin(), cavity_.link().end(), too_long)) {
+    ++stats.rejected_length;
+    return false;
   }
   cavity_.commit(p, b);
   ++stats.accepted;
@@ -180,8 +202,8 @@ std::int64_t Operators<D>::collapse_sweep(const Rules& rules) {
   return done;
 }
 
-// Vertices whose star differs from what is there and from each other's. For a shell: its ring; a ring of three closes
-// to one triangle whichever vertex is taken. For a pair of cells: one of the two apexes.
+// Vertices whose star differs from what is there and from each other's. For a shell: its ring; a ring of
+// three closes to one triangle whichever vertex is taken. For a pair of cells: one of the two apexes.
 template <int D>
 void Operators<D>::list_apexes(const std::array<Index, D + 1>& v, int move, std::vector<Index>& apexes) {
   apexes.clear();
@@ -192,16 +214,14 @@ void Operators<D>::list_apexes(const std::array<Index, D + 1>& v, int move, std:
   }
   const Index a = v[kCellEdges<D>[move][0]];
   const Index b = v[kCellEdges<D>[move][1]];
-  const std::uint32_t seen = ++mesh_.vertex_stamp;
-  mesh_.vertices[a].mark = mesh_.vertices[b].mark = seen;
-  for (const Index s : cavity_.cells())
-    for (const Index w : mesh_.cells[s].v)
-      if (std::exchange(mesh_.vertices[w].mark, seen) != seen) apexes.push_back(w);
+  list_vertices(apexes);
+  std::erase_if(apexes, [&](Index w) { return w == a || w == b; });
   const bool closed = cavity_.edge_tags() == 0;
   if (closed && (D == 2 || apexes.size() == 3)) apexes.resize(1);
 }
 
-// Tries every shell and facet pair of a bad cell, starred from each possible apex; the best proposal is carried out.
+// Tries every shell and facet pair of a bad cell, starred from each possible apex; the best proposal is
+// carried out.
 template <int D>
 bool Operators<D>::swap_around(Index c, const Rules& rules) {
   OperatorStats& stats = stats_[kSwap];
@@ -220,7 +240,9 @@ bool Operators<D>::swap_around(Index c, const Rules& rules) {
   std::vector<Index> candidates;
   for (int move = 0; move < (D == 3 ? kEdges + D + 1 : kEdges); ++move) {
     if (!set(move)) continue;
+    // Worst cells come first, so a shell whose worst cell is another one has been tried already.
     const double old = cavity_.worst_quality();
+    if (old < cell.quality) continue;
     list_apexes(cell.v, move, candidates);
     for (const Index v : candidates) {
       ++stats.tried;
@@ -266,7 +288,8 @@ std::int64_t Operators<D>::swap_sweep(const Rules& rules) {
   return done;
 }
 
-// Mean of the apexes that would make each cell of the ball regular, in the metric of a, weighted by 1 / quality.
+// Mean of the apexes that would make each cell of the ball regular, in the metric of a, weighted by 1 /
+// quality.
 template <int D>
 Vec<D> Operators<D>::ideal_step(Index a, int power) const {
   const Vertex& va = mesh_.vertices[a];
@@ -319,6 +342,7 @@ bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
   }
   const double floor = std::min(rules.floor, old_worst);
   constexpr int kBackoffs = 3;
+  constexpr double kWorthwhile = 0.995;  // smaller gains would keep the whole mesh moving for ever
   double fraction = 1.0;
   for (int k = 0; k < kBackoffs; ++k, fraction *= 0.5) {
     Vertex p = make_vertex(mesh_.vertices[a].x + fraction * step, tags);
@@ -339,9 +363,10 @@ bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
       worst = std::min(worst, q);
       if (q <= floor || q < 1e-4) break;
       sum += badness(q, 2 * power);
-      if (sum >= old_sum) break;
+      if (sum >= old_sum * kWorthwhile) break;
     }
-    if (n < cavity_.cells().size() || worst <= floor || worst < 1e-4 || sum >= old_sum * 0.999) continue;
+    if (n < cavity_.cells().size() || worst <= floor || worst < 1e-4 || sum >= old_sum * kWorthwhile)
+      continue;
     mesh_.vertices[a] = p;
     for (std::size_t i = 0; i < n; ++i) {
       auto& cell = mesh_.cells[cavity_.cells()[i]];
@@ -373,7 +398,8 @@ bool Operators<D>::repair(Index c, const Rules& rules) {
   const auto cell = mesh_.cells[c];
   constexpr int kSharp = 4;
   for (const Index a : cell.v)
-    if (!mesh_.vertices[a].frozen && smooth(a, rules, kSharp) && mesh_.cells[c].quality > cell.quality) return true;
+    if (!mesh_.vertices[a].frozen && smooth(a, rules, kSharp) && mesh_.cells[c].quality > cell.quality)
+      return true;
   Rules strict = rules;
   strict.floor = 1.0;  // min(floor, old worst) is then the old worst: every repair must lift it
   for (const auto& e : kCellEdges<D>) {

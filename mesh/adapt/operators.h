@@ -12,13 +12,13 @@ enum Operator : int { kCollapse, kSplit, kSwap, kSmooth, kRepair, kOperatorCount
 
 /// Limits of one visit of a piece.
 struct Rules {
-  double floor = 0.1;            ///< absolute quality floor
-  double short_edge = 0.7071;    ///< edges below are collapsed
-  double long_edge = 1.4142;     ///< edges above are split
-  double shortest_new = 0.5;     ///< no split makes an edge shorter than this
-  double longest_new = 1.6;      ///< no collapse or swap makes an edge longer than this (or than what was there)
-  double swap_below = 0.6;       ///< cells below this quality are candidates of swaps
-  int enlargements = 6;          ///< cells a cavity may take in before a move is given up
+  double floor = 0.1;          ///< absolute quality floor
+  double short_edge = 0.7071;  ///< edges below are collapsed
+  double long_edge = 1.4142;   ///< edges above are split
+  double shortest_new = 0.5;   ///< no split makes an edge shorter than this
+  double longest_new = 1.6;  ///< no collapse or swap makes an edge longer than this (or than what was there)
+  double swap_below = 0.6;   ///< cells below this quality are candidates of swaps
+  int enlargements = 6;      ///< cells a cavity may take in before a move is given up
 };
 
 template <int D>
@@ -55,6 +55,7 @@ class Operators {
   bool collapse(Index a, Index b, const Rules& rules);
   bool may_collapse(Index a, Index b, Index cell);
   bool swap_around(Index c, const Rules& rules);
+  void list_vertices(std::vector<Index>& out);
   void list_apexes(const std::array<Index, D + 1>& v, int move, std::vector<Index>& apexes);
   bool repair(Index c, const Rules& rules);
   /// `power` p weighs a cell of quality q by q^-p in the step and q^-2p in the sum that must fall.
@@ -66,6 +67,7 @@ class Operators {
   const AdaptMetric<D>& field_;
   double size_floor_;
   std::vector<Edge> edges_;
+  std::vector<Index> neighbors_;
   std::array<OperatorStats, kOperatorCount> stats_;
 };
 

@@ -1,4 +1,5 @@
-// Expected values: the five cases of [Billon2016, section 5]; layer counts as recomputed with delta = 0.38 L Re^-1/5.
+// Expected values: the five cases of [Billon2016, section 5]; layer counts as recomputed with delta = 0.38 L
+// Re^-1/5.
 #include "core/boundary_layer.h"
 
 #include <gtest/gtest.h>

@@ -9,7 +9,8 @@ namespace lamina {
 namespace {
 
 Mat3 rotation(double a, double b) {
-  return (Eigen::AngleAxisd(a, Vec3(1, 2, 3).normalized()) * Eigen::AngleAxisd(b, Vec3::UnitY())).toRotationMatrix();
+  return (Eigen::AngleAxisd(a, Vec3(1, 2, 3).normalized()) * Eigen::AngleAxisd(b, Vec3::UnitY()))
+      .toRotationMatrix();
 }
 
 TEST(Metric, IsotropicByHand) {
@@ -35,7 +36,8 @@ TEST(Metric, RefusesTensorsThatAreNotPositive) {
   EXPECT_FALSE(Metric<2>::from_tensor({std::nan(""), 0, 1}));
 }
 
-// Sizes along the axes come back to full relative accuracy at aspect ratios where an eigen-decomposition fails.
+// Sizes along the axes come back to full relative accuracy at aspect ratios where an eigen-decomposition
+// fails.
 TEST(Metric, FrameSizesAtHighAspectRatio) {
   for (const double hn : {1e-2, 1e-4, 1e-6}) {
     const Mat3 R = rotation(0.7, 1.1);

@@ -14,7 +14,8 @@ namespace {
 TEST(Parallel, EveryIndexOnce) {
   for (const std::size_t n : {0U, 1U, 7U, 1000U, 100001U}) {
     std::vector<std::atomic<int>> hits(n);
-    for_each_index(n, [&](std::size_t i) { ++hits[i]; }, 64);
+    for_each_index(
+        n, [&](std::size_t i) { ++hits[i]; }, 64);
     EXPECT_TRUE(std::all_of(hits.begin(), hits.end(), [](const auto& h) { return h == 1; }));
   }
 }

@@ -15,7 +15,8 @@ TEST(Predicates, HandValues) {
   EXPECT_EQ(orient3d({0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 2}), -2.0);
 }
 
-// Points on a line through the origin whose coordinates are exact multiples are exactly collinear; one ulp off is not.
+// Points on a line through the origin whose coordinates are exact multiples are exactly collinear; one ulp
+// off is not.
 TEST(Predicates, SignIsExactNextToALine) {
   const double ulp = std::ldexp(1.0, -52);
   for (int i = 1; i < 60; ++i) {

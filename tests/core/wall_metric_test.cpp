@@ -1,4 +1,5 @@
-// The wall is a plane, a sphere, a wedge or a concave corner given by closed forms, so that every expected size is too.
+// The wall is a plane, a sphere, a wedge or a concave corner given by closed forms, so that every expected
+// size is too.
 #include "core/wall_metric.h"
 
 #include <gtest/gtest.h>
@@ -103,7 +104,8 @@ TEST(WallMetric, LayersOverAPlane) {
       EXPECT_NEAR(s.metric.size_along(Vec3(1, 1, 0).normalized()), 0.1, 1e-12);
     }
     level += h;
-    EXPECT_NEAR(m.normal_size(Vec3(0, 0, level), level) / h, 1.0, 1e-12) << "a level belongs to the layer below";
+    EXPECT_NEAR(m.normal_size(Vec3(0, 0, level), level) / h, 1.0, 1e-12)
+        << "a level belongs to the layer below";
   }
 }
 
@@ -176,7 +178,8 @@ TEST(WallMetric, ConcaveCornerObeysBothWallsAndIsContinuous) {
   EXPECT_NEAR(close.size_along(Vec3::UnitY()), 0.1, 1e-12);
 }
 
-// Near a sharp edge sizes across it start at the fan and grow by the layer growth; along the edge nothing changes.
+// Near a sharp edge sizes across it start at the fan and grow by the layer growth; along the edge nothing
+// changes.
 TEST(WallMetric, SizesAcrossASharpEdgeAreGraded) {
   class Edge : public Plane {
    public:

@@ -1,4 +1,5 @@
-// Laws every adapted mesh obeys, in two and three dimensions from one source, on metrics up to an aspect ratio of 1e4.
+// Laws every adapted mesh obeys, in two and three dimensions from one source, on metrics up to an aspect
+// ratio of 1e4.
 #include "mesh/adapt.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +57,9 @@ template <int D>
 class Uniform : public AdaptMetric<D> {
  public:
   explicit Uniform(double h) : h_(h) {}
-  Metric<D> at(const Vec<D>&, double floor) const override { return Metric<D>::isotropic(std::max(h_, floor)); }
+  Metric<D> at(const Vec<D>&, double floor) const override {
+    return Metric<D>::isotropic(std::max(h_, floor));
+  }
 
  private:
   double h_;
@@ -122,7 +125,8 @@ TYPED_TEST(Adapt, SameBitsForEveryThreadCount) {
     const auto got = run(threads);
     ASSERT_EQ(got.mesh.points.size(), expected.mesh.points.size()) << threads;
     EXPECT_EQ(got.mesh.cells, expected.mesh.cells) << threads;
-    EXPECT_EQ(std::memcmp(got.mesh.points.data(), expected.mesh.points.data(), sizeof(Vec<D>) * got.mesh.points.size()),
+    EXPECT_EQ(std::memcmp(got.mesh.points.data(), expected.mesh.points.data(),
+                          sizeof(Vec<D>) * got.mesh.points.size()),
               0)
         << threads;
   }

@@ -80,7 +80,7 @@ TEST(LevelSet, ThreadsDoNotChangeABit) {
   for (const int threads : {1, 2, 3, 8}) {
     const ThreadLimit limit(threads);
     LevelSetOptions o;
-    o.voxel = 0.02;
+    o.voxel = 0.035;
     const LevelSet ls = LevelSet::from_surface(s, o);
     std::vector<double> all;
     Dice dice(1);
@@ -162,6 +162,7 @@ TEST(LevelSet, WriteAndReadBack) {
     }
   }
   const LevelSet back = LevelSet::from_vdb(path, {});
+  EXPECT_EQ(back.report().warnings.size(), 1U);  // its facets show at this voxel, so curvature is blurred
   Dice dice(2);
   for (int i = 0; i < 500; ++i) {
     const Vec3 x = dice.point({-1.6, -1.6, -0.6}, {1.6, 1.6, 0.6});
@@ -178,7 +179,7 @@ TEST(LevelSet, WriteAndReadBack) {
   // Written again from the grid.
   back.write(scratch("again.vdb"));
   EXPECT_NEAR(LevelSet::from_vdb(scratch("again.vdb"), {}).phi({1.4, 0.0, 0.0}), back.phi({1.4, 0.0, 0.0}),
-              1e-6);
+              2e-4);
   fs::remove_all(path.parent_path());
 }
 
@@ -192,9 +193,8 @@ TEST(LevelSet, BadFiles) {
   message_of(ErrorCode::kFileMissing, [] { (void)vdb_info(fs::temp_directory_path()); });
   const fs::path path = scratch("bad.vdb");
   std::ofstream(path) << "this is no grid";
-  EXPECT_NE(
-      message_of(ErrorCode::kFileFormat, [&] { (void)LevelSet::from_vdb(path, {}); }).find("truncated?"),
-      std::string::npos);
+  EXPECT_NE(message_of(ErrorCode::kFileFormat, [&] { (void)LevelSet::from_vdb(path, {}); }).find("truncated"),
+            std::string::npos);
   fs::remove_all(path.parent_path());
 }
 
@@ -221,7 +221,7 @@ TEST_F(LevelSetData, GridsOfOthers) {
   }
   LevelSetOptions o;
   o.grid = "second";
-  EXPECT_NEAR(LevelSet::from_vdb(file("vdb/made_two_levelsets.vdb"), o).report().voxel, 0.025, 1e-12);
+  EXPECT_NEAR(LevelSet::from_vdb(file("vdb/made_two_levelsets.vdb"), o).report().voxel, 0.025, 1e-8);
   o.grid = "third";
   EXPECT_NE(message_of(ErrorCode::kLevelSetGrid,
                        [&] { (void)LevelSet::from_vdb(file("vdb/made_two_levelsets.vdb"), o); })

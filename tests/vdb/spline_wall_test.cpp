@@ -128,7 +128,7 @@ TEST(SplineWall, TorusIsExactToAFractionOfAVoxel) {
   Lattice plain;
   plain.A = 0.01 * Mat3::Identity();
   plain.origin = {0.003, -0.001, 0.002};
-  const Errors e = measure(SplineWall(sample(torus_distance, plain, 0.04, start)));
+  const Errors e = measure(SplineWall(sample(torus_distance, plain, 0.06, start)));
   EXPECT_LT(e.wall, 2e-7);
   EXPECT_LT(e.distance, 2e-7);
   EXPECT_LT(e.normal, 1e-4);
@@ -150,19 +150,36 @@ TEST(SplineWall, AnyAffineTransformAndAnyUnitOfValues) {
   EXPECT_NEAR(wall.voxel(), std::cbrt(skew.A.determinant()), 1e-15);
 }
 
-TEST(SplineWall, OtherWallsAcrossTheHole) {
+TEST(SplineWall, OtherWallsInAGap) {
+  const Vec3 left(-0.5, 0.0, 0.0), right(0.45, 0.0, 0.0);
+  const auto f = [&](const Vec3& x) { return std::min((x - left).norm() - 0.3, (x - right).norm() - 0.2); };
+  Lattice plain;
+  plain.A = 0.02 * Mat3::Identity();
+  const SplineWall wall(sample(f, plain, 0.08, joined(sphere(0.3, 12, left), sphere(0.2, 8, right))));
+  std::array<WallPoint, 4> out;
+  const Vec3 x(0.0, 0.05, 0.0);
+  const double near = (x - left).norm() - 0.3, far = (x - right).norm() - 0.2;
+  const WallPoint w = wall.at(x);
+  EXPECT_NEAR(w.phi, near, 1e-5);
+  ASSERT_EQ(wall.others(x, w, 0.4, out), 1);
+  EXPECT_NEAR(out[0].phi, far, 1e-5);
+  EXPECT_NEAR(out[0].k1, 5.0, 0.1);
+  EXPECT_EQ(wall.others(x, w, far - 0.01, out), 0);
+}
+
+TEST(SplineWall, BlurIsForRoughGridsOnly) {
   Lattice plain;
   plain.A = 0.01 * Mat3::Identity();
-  const SplineWall wall(sample(torus_distance, plain, 0.04, torus(0.5, 0.15, 100, 40)));
-  std::array<WallPoint, 4> out;
-  const Vec3 x(0.05, 0.0, 0.0);  // in the hole: the near wall at 0.3, the far one at 0.4
-  const WallPoint w = wall.at(x);
-  EXPECT_NEAR(w.phi, 0.3, 1e-6);
-  const int n = wall.others(x, w, 0.45, out);
-  ASSERT_GE(n, 1);
-  EXPECT_TRUE(std::any_of(out.begin(), out.begin() + n,
-                          [](const WallPoint& o) { return std::abs(o.phi - 0.4) < 1e-6; }));
-  EXPECT_EQ(wall.others(x, w, 0.31, out), 0);
+  const Surface start = torus(0.5, 0.15, 100, 40);
+  EXPECT_EQ(SplineWall(sample(torus_distance, plain, 0.04, start)).blur(), 0.0);
+  Dice dice(2);
+  const auto rough = [&](const Vec3& x) { return torus_distance(x) + dice.uniform(-3e-4, 3e-4); };
+  const SplineWall wall(sample(rough, plain, 0.04, start));
+  EXPECT_GT(wall.blur(), 1.0);
+  std::vector<double> off;
+  for (const Vec3& p : start.points) off.push_back(std::abs(wall.at(p).k1 * 0.15 - 1.0));
+  std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
+  EXPECT_LT(off[off.size() / 2], 0.15);  // unblurred: above 1
 }
 
 }  // namespace

@@ -70,6 +70,28 @@ TEST(Topology, RimsShellsAndFins) {
   EXPECT_EQ(t.edges[0].kind, EdgeKind::kConcave);
 }
 
+TEST(Topology, UnweldedSeamsAreNoEdges) {
+  // A cube whose top is cut in two strips that share no points, one of them also cut along its length (a T
+  // junction).
+  Surface top;
+  top.points = {{0, 0, 1}, {0.5, 0, 1}, {0.5, 1, 1}, {0, 1, 1},    {0.5, 0, 1},
+                {1, 0, 1}, {1, 1, 1},   {0.5, 1, 1}, {0.5, 0.4, 1}};
+  top.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 8}, {5, 6, 8}, {6, 7, 8}};
+  finish(top);
+  const Surface s = joined(box(Vec3::Zero(), Vec3::Ones(), 31), top);
+  const Topology t = make_topology(s, kAngle);
+  int seams = 0;
+  for (const Edge& e : t.edges) {
+    if (e.partner == kNone) continue;
+    ++seams;
+    const bool middle = std::abs(s.points[static_cast<std::size_t>(e.a)][0] - 0.5) < 1e-9 &&
+                        std::abs(s.points[static_cast<std::size_t>(e.b)][0] - 0.5) < 1e-9;
+    EXPECT_EQ(e.kind, middle ? EdgeKind::kSmooth : EdgeKind::kConvex);
+    EXPECT_NEAR(e.angle, middle ? 0.0 : kPi / 2, 1e-12);
+  }
+  EXPECT_EQ(seams, 3 + 10);
+}
+
 TEST(Topology, CreaseIsProlongedWhereItSoftens) {
   // A roof whose ridge opens from 60 to 30 degrees of bend along x.
   Surface s;

@@ -265,11 +265,12 @@ SegmentHit SegmentBvh::on_segment(Index segment, const Vec3& x) const {
   return {(p - t * e).squaredNorm(), segment, t};
 }
 
-SegmentHit SegmentBvh::closest(const Vec3& x, double max_d2) const {
+SegmentHit SegmentBvh::closest(const Vec3& x, double max_d2, Index skip) const {
   SegmentHit hit;
   double best = max_d2;
   visit_nearest(tree_, x.data(), best, 1.0, [&](int begin, int count) {
     for (int i = begin; i < begin + count; ++i) {
+      if (tree_.ids[static_cast<std::size_t>(i)] == skip) continue;
       const SegmentHit h = on_segment(tree_.ids[static_cast<std::size_t>(i)], x);
       if (h.d2 < best) {
         best = h.d2;

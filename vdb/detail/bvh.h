@@ -72,9 +72,9 @@ class SegmentBvh {
  public:
   explicit SegmentBvh(std::span<const std::array<Vec3, 2>> segments);
   SegmentBvh() = default;
-  /// Closest segment among those nearer than sqrt(max_d2).
-  [[nodiscard]] SegmentHit closest(const Vec3& x,
-                                   double max_d2 = std::numeric_limits<double>::infinity()) const;
+  /// Closest segment, other than `skip`, among those nearer than sqrt(max_d2).
+  [[nodiscard]] SegmentHit closest(const Vec3& x, double max_d2 = std::numeric_limits<double>::infinity(),
+                                   Index skip = kNone) const;
   [[nodiscard]] SegmentHit on_segment(Index segment, const Vec3& x) const;
   [[nodiscard]] bool empty() const { return tree_.empty(); }
 

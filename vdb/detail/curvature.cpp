@@ -114,15 +114,42 @@ struct GroupDraft {
   bool has_broad = false;
 };
 
+// Facets coplanar with a broad one, of the same flat face, are broad as well.
+void spread_broad(const Topology& topo, GroupDraft& g) {
+  std::vector<std::size_t> stack;
+  for (std::size_t i = 0; i < g.corners.size(); ++i)
+    if (g.broad[i]) stack.push_back(i);
+  if (stack.empty()) return;
+  std::vector<std::pair<Index, std::size_t>> place;
+  for (std::size_t i = 0; i < g.corners.size(); ++i) place.emplace_back(g.corners[i] / 4, i);
+  std::sort(place.begin(), place.end());
+  while (!stack.empty()) {
+    const Index facet = g.corners[stack.back()] / 4, corner = g.corners[stack.back()] % 4;
+    stack.pop_back();
+    for (const Index k : {corner, (corner + 2) % 3}) {
+      const Edge& e = topo.edges[static_cast<std::size_t>(
+          topo.facet_edges[static_cast<std::size_t>(facet)][static_cast<std::size_t>(k)])];
+      if (e.kind != EdgeKind::kSmooth || !e.regular || std::abs(e.angle) >= kBent) continue;
+      const auto at =
+          std::lower_bound(place.begin(), place.end(), std::pair{neighbour(topo, facet, e), std::size_t{0}});
+      if (at == place.end() || at->first != neighbour(topo, facet, e) || g.broad[at->second]) continue;
+      g.broad[at->second] = 1;
+      stack.push_back(at->second);
+    }
+  }
+}
+
 GroupDraft draft_group(const Surface& s, const Topology& topo, std::vector<Index> corners) {
   GroupDraft g;
   g.corners = std::move(corners);
   g.broad.resize(g.corners.size());
+  for (std::size_t i = 0; i < g.corners.size(); ++i)
+    g.broad[i] = is_broad(s, topo, g.corners[i] / 4, g.corners[i] % 4);
+  spread_broad(topo, g);
   Vec3 flat = Vec3::Zero();
   double weight = 0.0;
   for (std::size_t i = 0; i < g.corners.size(); ++i) {
     const Index c = g.corners[i];
-    g.broad[i] = is_broad(s, topo, c / 4, c % 4);
     if (!g.broad[i]) continue;
     flat += corner_angle(s, c / 4, c % 4) * topo.normals[static_cast<std::size_t>(c / 4)];
     weight += corner_angle(s, c / 4, c % 4);

@@ -2,7 +2,7 @@
 // closest point of its facet and no neighbour of the feature it lies on comes closer. Subtrees are skipped by
 // distance, when they lie in the 30 degree cone around the nearest wall, and - what makes it cheap along a
 // plain wall - when no normal below them points towards x: at a local minimum x lies in the hull of the
-// normals around q. Facets at sharp edges and rims allow every direction.
+// normals around q. Facets at rims and where more than two meet allow every direction.
 #include <algorithm>
 #include <cmath>
 
@@ -50,8 +50,7 @@ double cos_sum(double cos_a, double cos_b) {
 void FacetWall::facet_cones(std::vector<Cone>& out) const {
   std::vector<std::uint8_t> open(surface_.points.size(), 0);
   for (const Edge& e : topology_.edges)
-    if (!e.regular || e.kind != EdgeKind::kSmooth)
-      open[static_cast<std::size_t>(e.a)] = open[static_cast<std::size_t>(e.b)] = 1;
+    if (!e.regular) open[static_cast<std::size_t>(e.a)] = open[static_cast<std::size_t>(e.b)] = 1;
   out.resize(surface_.triangles.size());
   for_each_index(out.size(), [&](std::size_t t) {
     const Vec3& axis = topology_.normals[t];
@@ -115,20 +114,29 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double s
     };
     return facet != hit.triangle && closest_on_triangle(p(0), p(1), p(2), x).d2 < limit;
   };
+  // A rim is no end of the wall where another facet goes on behind it.
+  const auto goes_on = [&](Index edge) {
+    const Index partner = topology_.edges[static_cast<std::size_t>(edge)].partner;
+    return partner != kNone && closer(partner);
+  };
   Vec3 n = topology_.normals[t];
   if (hit.feature >= kCorner0) {
     const Index v = surface_.triangles[t][static_cast<std::size_t>(hit.feature - kCorner0)];
-    for (const Index c : topology_.star_of(v))
-      if (closer(c / 4)) return false;
+    for (const Index c : topology_.star_of(v)) {
+      const std::array<Index, 3>& edges = topology_.facet_edges[static_cast<std::size_t>(c / 4)];
+      if (closer(c / 4) || goes_on(edges[static_cast<std::size_t>(c % 4)]) ||
+          goes_on(edges[static_cast<std::size_t>((c % 4 + 2) % 3)]))
+        return false;
+    }
     n = pseudonormal(surface_, topology_, v);
   } else if (hit.feature >= kEdge0) {
-    const Edge& e = topology_.edges[static_cast<std::size_t>(
-        topology_.facet_edges[t][static_cast<std::size_t>(hit.feature - kEdge0)])];
+    const Index id = topology_.facet_edges[t][static_cast<std::size_t>(hit.feature - kEdge0)];
     n.setZero();
-    for (const Index h : topology_.half_edges_of(e)) {
+    for (const Index h : topology_.half_edges_of(topology_.edges[static_cast<std::size_t>(id)])) {
       if (closer(h / 4)) return false;
       n += topology_.normals[static_cast<std::size_t>(h / 4)];
     }
+    if (goes_on(id)) return false;
   }
   // The wall must face x: its other side is not seen from here.
   return sign_.two_sided(hit.triangle) || sign * hit.offset.dot(n) >= 0.0;

@@ -30,9 +30,9 @@ struct Weights {
   }
 };
 
-// (1 4 1) / 6 along each axis: 10^3 values to 8^3.
-void apply_basis(const std::vector<double>& in, std::array<double, 512>& out) {
-  const auto tap = [](double a, double b, double c) { return (a + 4.0 * b + c) / 6.0; };
+// (side middle side) along each axis: 10^3 values to 8^3.
+void apply_taps(const std::vector<double>& in, double middle, double side, std::array<double, 512>& out) {
+  const auto tap = [=](double a, double b, double c) { return side * (a + c) + middle * b; };
   std::array<double, 10 * 10 * 8> z{};
   for (std::size_t r = 0; r < 100; ++r)
     for (std::size_t k = 0; k < 8; ++k)
@@ -143,34 +143,55 @@ SplineSample SparseGrid::spline(const Vec3& ijk) const {
   return s;
 }
 
+std::vector<std::array<double, 512>> SparseGrid::convolve(double middle, double side) const {
+  std::vector<std::array<double, 512>> out(blocks_.size());
+  for_each_chunk(blocks_.size(), 16, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> halo(1000);
+    for (std::size_t b = begin; b < end; ++b) {
+      const std::array<Index, 3>& o = blocks_[b].origin;
+      const Block* near[3][3][3];
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+          for (int k = 0; k < 3; ++k)
+            near[i][j][k] = find(o[0] + 8 * (i - 1), o[1] + 8 * (j - 1), o[2] + 8 * (k - 1));
+      for (int i = -1; i < 9; ++i)
+        for (int j = -1; j < 9; ++j)
+          for (int k = -1; k < 9; ++k) {
+            const Block* n = near[(i + 8) >> 3][(j + 8) >> 3][(k + 8) >> 3];
+            halo[static_cast<std::size_t>((i + 1) * 100 + (j + 1) * 10 + k + 1)] =
+                n == nullptr ? background_ : n->value[Block::offset(i, j, k)];
+          }
+      apply_taps(halo, middle, side, out[b]);
+    }
+  });
+  return out;
+}
+
 void SparseGrid::prefilter(int rounds) {
-  std::vector<std::array<double, 512>> f(blocks_.size()), next(blocks_.size());
+  std::vector<std::array<double, 512>> f(blocks_.size());
   for (std::size_t b = 0; b < blocks_.size(); ++b) f[b] = blocks_[b].value;
   for (int round = 0; round < rounds; ++round) {
-    for_each_chunk(blocks_.size(), 16, [&](std::size_t begin, std::size_t end) {
-      std::vector<double> halo(1000);
-      std::array<double, 512> smooth{};
-      for (std::size_t b = begin; b < end; ++b) {
-        const std::array<Index, 3>& o = blocks_[b].origin;
-        const Block* near[3][3][3];
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j)
-            for (int k = 0; k < 3; ++k)
-              near[i][j][k] = find(o[0] + 8 * (i - 1), o[1] + 8 * (j - 1), o[2] + 8 * (k - 1));
-        for (int i = -1; i < 9; ++i)
-          for (int j = -1; j < 9; ++j)
-            for (int k = -1; k < 9; ++k) {
-              const Block* n = near[(i + 8) >> 3][(j + 8) >> 3][(k + 8) >> 3];
-              halo[static_cast<std::size_t>((i + 1) * 100 + (j + 1) * 10 + k + 1)] =
-                  n == nullptr ? background_ : n->value[Block::offset(i, j, k)];
-            }
-        apply_basis(halo, smooth);
-        for (std::size_t i = 0; i < 512; ++i)
-          next[b][i] = blocks_[b].is_active(i) ? blocks_[b].value[i] + f[b][i] - smooth[i] : f[b][i];
-      }
-    });
+    const std::vector<std::array<double, 512>> smooth = convolve(4.0 / 6.0, 1.0 / 6.0);
     for_each_index(
-        blocks_.size(), [&](std::size_t b) { blocks_[b].value = next[b]; }, 64);
+        blocks_.size(),
+        [&](std::size_t b) {
+          for (std::size_t i = 0; i < 512; ++i)
+            if (blocks_[b].is_active(i)) blocks_[b].value[i] += f[b][i] - smooth[b][i];
+        },
+        64);
+  }
+}
+
+void SparseGrid::blur() {
+  for (int pass = 0; pass < 4; ++pass) {
+    const std::vector<std::array<double, 512>> smooth = convolve(1.0 / 3.0, 1.0 / 3.0);
+    for_each_index(
+        blocks_.size(),
+        [&](std::size_t b) {
+          for (std::size_t i = 0; i < 512; ++i)
+            if (blocks_[b].is_active(i)) blocks_[b].value[i] = smooth[b][i];
+        },
+        64);
   }
 }
 

@@ -12,9 +12,13 @@ namespace lamina::detail {
 namespace {
 
 constexpr int kSteps = 12;
-constexpr double kSettled = 1e-12;  // of a voxel, plus rounding of the coordinates
-constexpr double kStray = 2.0;      // voxels the closest point may move away from the start
-constexpr double kSharpest = 2.0;     // curvature times voxel: a grid cannot tell what is sharper
+constexpr double kSettled = 1e-12;     // of a voxel, plus rounding of the coordinates
+constexpr double kStray = 2.0;         // voxels the closest point may move away from the start
+constexpr double kSharpest = 2.0;      // curvature times voxel: a grid cannot tell what is sharper
+constexpr std::size_t kProbes = 2000;  // points of the wall at which blurs are compared
+constexpr double kFlat = 0.02;         // curvature times voxel below which a wall counts as flat
+constexpr double kAgree = 0.1;         // median relative difference of curvatures that needs no more blur
+constexpr int kMostBlur = 2;           // passes; more would see the end of the band
 constexpr double kNoFeatures = 2.0 * std::numbers::pi;
 
 }  // namespace
@@ -25,11 +29,50 @@ SplineWall::SplineWall(LoadedGrid grid)
       to_index_(grid.lattice.A.inverse()),
       voxel_(std::cbrt(std::abs(grid.lattice.A.determinant()))),
       facets_(std::move(grid.wall), kNoFeatures) {
+  choose_blur();
   values_.prefilter(2);
 }
 
-SplineWall::Sample SplineWall::sample(const Vec3& x) const {
-  const SplineSample s = values_.spline(to_index_ * (x - lattice_.origin));
+double SplineWall::blur() const { return kGaussianSigma * std::sqrt(blur_passes_); }
+
+// Median relative difference of the curvatures of two grids over points of the wall.
+double SplineWall::disagreement(const SparseGrid& a, const SparseGrid& b) const {
+  const std::vector<Vec3>& points = facets_.surface().points;
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kProbes);
+  std::vector<double> off;
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    const auto shape = [&](const SparseGrid& grid) -> Mat3 {
+      const Sample s = sample(grid, points[i]);
+      const double g = s.g.norm();
+      if (!(g > 0.0)) return Mat3::Zero();
+      const Mat3 p = Mat3::Identity() - s.g * s.g.transpose() / (g * g);
+      return p * s.H * p / g;
+    };
+    const Mat3 sa = shape(a), sb = shape(b);
+    off.push_back((sa - sb).norm() / std::max({sa.norm(), sb.norm(), kFlat / voxel_}));
+  }
+  if (off.empty()) return 0.0;
+  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+  std::nth_element(off.begin(), middle, off.end());
+  return *middle;
+}
+
+// Blurs until a further pass would change little: facets and noise fade in one or two, true curvature does
+// not.
+void SplineWall::choose_blur() {
+  SparseGrid current = values_;
+  current.prefilter(2);
+  blurred_ = values_;
+  for (blur_passes_ = 0; blur_passes_ < kMostBlur; ++blur_passes_) {
+    blurred_.blur();
+    if (disagreement(current, blurred_) < kAgree) break;
+    current = blurred_;
+  }
+  blurred_ = blur_passes_ > 0 ? std::move(current) : SparseGrid();
+}
+
+SplineWall::Sample SplineWall::sample(const SparseGrid& grid, const Vec3& x) const {
+  const SplineSample s = grid.spline(to_index_ * (x - lattice_.origin));
   return {s.f, to_index_.transpose() * s.g, to_index_.transpose() * s.H * to_index_};
 }
 
@@ -38,7 +81,7 @@ bool SplineWall::newton(const Vec3& x, Vec3& q) const {
   const double settled = kSettled * voxel_ + 1e-15 * q.cwiseAbs().maxCoeff();
   double t = 0.0;
   for (int step = 0; step < kSteps; ++step) {
-    const Sample s = sample(q);
+    const Sample s = sample(values_, q);
     const double g2 = s.g.squaredNorm();
     if (!(g2 > 0.0)) return false;
     if (step == 0) t = (x - q).dot(s.g) / g2;
@@ -65,7 +108,7 @@ SplineWall::Foot SplineWall::foot(const Vec3& x, const Vec3& start) const {
   if (!newton(x, q)) {
     q = start;
     for (int step = 0; step < kSteps; ++step) {
-      const Sample s = sample(q);
+      const Sample s = sample(values_, q);
       const double g2 = s.g.squaredNorm();
       if (!(g2 > 0.0)) break;
       Vec3 dq = -s.f / g2 * s.g;
@@ -75,18 +118,19 @@ SplineWall::Foot SplineWall::foot(const Vec3& x, const Vec3& start) const {
       if (length < 1e-10 * voxel_) break;
     }
   }
-  const Sample s = sample(q);
   const double d = (x - q).norm();
-  return {q, s.g, s.H, (x - q).dot(s.g) < 0.0 ? -d : d};
+  return {q, (x - q).dot(sample(values_, q).g) < 0.0 ? -d : d};
 }
 
 WallPoint SplineWall::describe(const Foot& foot) const {
   WallPoint w;
   w.phi = foot.phi;
   w.closest = foot.q;
-  const double g = foot.g.norm();
+  Sample s = sample(blur_passes_ > 0 ? blurred_ : values_, foot.q);
+  if (!(s.g.norm() > 0.0)) s = sample(values_, foot.q);
+  const double g = s.g.norm();
   if (!(g > 0.0)) return w;
-  const Frame f = principal_frame(foot.g / g, to_sym(foot.H / g));
+  const Frame f = principal_frame(s.g / g, to_sym(s.H / g));
   w.N = f.N;
   w.T1 = f.T1;
   w.T2 = f.T2;

@@ -24,26 +24,29 @@ class SplineWall : public WallField {
   [[nodiscard]] const SparseGrid& values() const { return values_; }
   [[nodiscard]] const Lattice& lattice() const { return lattice_; }
   [[nodiscard]] double voxel() const { return voxel_; }
-  [[nodiscard]] const FacetWall& facets() const { return facets_; }
+  /// Standard deviation of the blur under normals and curvatures, voxels; 0 when the values need none.
+  [[nodiscard]] double blur() const;
 
  private:
   struct Foot {
     Vec3 q;  ///< closest point
-    Vec3 g;  ///< world gradient there
-    Mat3 H;  ///< world Hessian there
     double phi;
   };
+  [[nodiscard]] double disagreement(const SparseGrid& a, const SparseGrid& b) const;
+  void choose_blur();
   struct Sample {
     double f;
     Vec3 g;
     Mat3 H;
   };
-  [[nodiscard]] Sample sample(const Vec3& x) const;
+  [[nodiscard]] Sample sample(const SparseGrid& grid, const Vec3& x) const;
   [[nodiscard]] Foot foot(const Vec3& x, const Vec3& start) const;
   [[nodiscard]] bool newton(const Vec3& x, Vec3& q) const;
   [[nodiscard]] WallPoint describe(const Foot& foot) const;
 
   SparseGrid values_;
+  SparseGrid blurred_;  ///< used for curvature when blur_passes_ > 0
+  int blur_passes_ = 0;
   Lattice lattice_;
   Mat3 to_index_;
   double voxel_ = 1.0;

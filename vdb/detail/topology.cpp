@@ -10,12 +10,14 @@
 #include <numeric>
 
 #include "core/parallel.h"
+#include "vdb/detail/bvh.h"
 
 namespace lamina::detail {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kCornerTurn = 40.0 * kPi / 180.0;
+constexpr double kSeamGap = 2e-6;             // of the diagonal: rims this close belong together
 constexpr double kApex = 35.0 * kPi / 180.0;  // facets of a smooth, coarse sphere stay below this
 
 const Vec3& point(const Surface& s, Index v) { return s.points[static_cast<std::size_t>(v)]; }
@@ -116,14 +118,49 @@ void measure_edge(const Surface& s, const Topology& topo, Edge& e) {
   e.angle = widest_gap_angle(s, topo, e);
 }
 
+// Rims that coincide with another rim but share no points with it, as between unwelded patches: the angle is
+// that between the two facets, as if they were joined.
+void join_seams(const Surface& s, Topology& topo) {
+  std::vector<std::array<Vec3, 2>> rims;
+  std::vector<std::size_t> ids;
+  for (std::size_t i = 0; i < topo.edges.size(); ++i) {
+    if (topo.edges[i].count != 1) continue;
+    rims.push_back({point(s, topo.edges[i].a), point(s, topo.edges[i].b)});
+    ids.push_back(i);
+  }
+  const SegmentBvh tree(rims);
+  const double gap = kSeamGap * s.bounds().diagonal();
+  const auto facet_of = [&](std::size_t rim) {
+    return topo.half_edges[static_cast<std::size_t>(topo.edges[ids[rim]].begin)];
+  };
+  for_each_index(rims.size(), [&](std::size_t r) {
+    Index other = kNone;
+    for (const double t : {0.25, 0.75, 0.5}) {
+      const Vec3 x = (1.0 - t) * rims[r][0] + t * rims[r][1];
+      other = tree.closest(x, gap * gap, static_cast<Index>(r)).segment;
+      if (other == kNone) return;
+    }
+    const Index h = facet_of(static_cast<std::size_t>(other));
+    const Vec3& n1 = topo.normals[static_cast<std::size_t>(facet_of(r) / 4)];
+    const Vec3& n2 = topo.normals[static_cast<std::size_t>(h / 4)];
+    const Vec3& beyond =
+        point(s, s.triangles[static_cast<std::size_t>(h / 4)][static_cast<std::size_t>((h % 4 + 2) % 3)]);
+    const double angle = std::atan2(n1.cross(n2).norm(), n1.dot(n2));
+    Edge& e = topo.edges[ids[r]];
+    e.angle = n1.dot(beyond - rims[r][0]) > 0.0 ? -angle : angle;
+    e.partner = h / 4;
+  });
+}
+
 // Sharp edges above `angle`, prolonged end to end through edges above half of it that go nearly straight on.
 void classify_edges(const Surface& s, double angle, Topology& out) {
   const auto kind_of = [](const Edge& e) { return e.angle > 0.0 ? EdgeKind::kConvex : EdgeKind::kConcave; };
   std::vector<Index> front;
   for (std::size_t i = 0; i < out.edges.size(); ++i) {
     Edge& e = out.edges[i];
-    if (e.regular ? std::abs(e.angle) > angle : true) {
-      e.kind = e.regular || std::abs(e.angle) > angle ? kind_of(e) : EdgeKind::kConcave;
+    const bool joined = e.regular || e.partner != kNone;
+    if (!joined || std::abs(e.angle) > angle) {
+      e.kind = joined || std::abs(e.angle) > angle ? kind_of(e) : EdgeKind::kConcave;
       if (e.regular) front.push_back(static_cast<Index>(i));
     }
   }
@@ -249,6 +286,7 @@ Topology make_topology(const Surface& surface, double feature_angle) {
   build_edges(surface, out);
   build_stars(surface, out);
   for_each_index(out.edges.size(), [&](std::size_t i) { measure_edge(surface, out, out.edges[i]); });
+  join_seams(surface, out);
   classify_edges(surface, feature_angle, out);
   build_shells(out);
   classify_vertices(surface, out);

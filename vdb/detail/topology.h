@@ -22,7 +22,8 @@ struct Edge {
   Index begin = 0, count = 0;  ///< its half edges: Topology::half_edges[begin, begin + count)
   double angle = 0.0;          ///< exterior dihedral angle, radians, > 0 convex, in [-pi, pi]; pi on rims
   EdgeKind kind = EdgeKind::kSmooth;
-  bool regular = false;  ///< shared by exactly two facets of the same orientation
+  Index partner = kNone;  ///< of a rim that runs along another rim, an unwelded seam: the facet beyond it
+  bool regular = false;   ///< shared by exactly two facets of the same orientation
 };
 
 /// What a vertex is for rays that end in it, seen from one side.
