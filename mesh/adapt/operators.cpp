@@ -110,17 +110,20 @@ bool Operators<D>::split(const Edge& e, const Rules& rules) {
   // Halves the metric length when the size varies linearly along the edge.
   const double t = std::clamp(1.0 / (1.0 + std::sqrt(a.metric.length(d) / b.metric.length(d))), 0.25, 0.75);
   const Vertex p = make_vertex(a.x + t * d, cavity_.edge_tags());
+  // A far too long edge may pin bad cells that only its split frees, at first at the price of quality and of
+  // short edges, which the next sweeps mend.
+  constexpr double kFarTooLong = 2.0;
+  const bool far_too_long = e.length > kFarTooLong;
+  const double shortest = far_too_long ? 0.4 * rules.shortest_new : rules.shortest_new;
   const auto too_short = [&](Index w) {
-    return edge_length<D>(p.x, p.metric, mesh_.vertices[w].x, mesh_.vertices[w].metric) < rules.shortest_new;
+    return edge_length<D>(p.x, p.metric, mesh_.vertices[w].x, mesh_.vertices[w].metric) < shortest;
   };
   list_vertices(neighbors_);
   if (std::any_of(neighbors_.begin(), neighbors_.end(), too_short)) {
     ++stats.rejected_length;
     return false;
   }
-  // A far too long edge may pin a bad cell that only a split frees, at first at the price of quality.
-  constexpr double kFarTooLong = 2.0;
-  if (!propose_enlarging(p, kNone, kNone, rules, e.length > kFarTooLong ? 0.4 : 1.0)) {
+  if (!propose_enlarging(p, kNone, kNone, rules, far_too_long ? 0.4 : 1.0)) {
     ++stats.rejected_quality;
     return false;
   }

@@ -47,57 +47,65 @@ double cos_sum(double cos_a, double cos_b) {
 
 }  // namespace
 
-void FacetWall::facet_cones(std::vector<Cone>& out) const {
+FacetWall::Cone FacetWall::merge(std::span<const Cone> parts) {
+  constexpr Cone kAny{{0.0F, 0.0F, 1.0F}, kAnyDirection};
+  Vec3 axis = Vec3::Zero();
+  for (const Cone& p : parts) axis += Vec3(p.axis[0], p.axis[1], p.axis[2]);
+  if (axis.norm() < 1e-3) return kAny;
+  axis.normalize();
+  double c = 1.0;
+  for (const Cone& p : parts) {
+    if (p.cos_half < -1.0F) return kAny;
+    const double off = axis.dot(Vec3(p.axis[0], p.axis[1], p.axis[2]));
+    c = std::min(c, cos_sum(std::clamp(off, -1.0, 1.0), p.cos_half) - 1e-6);
+  }
+  return {{float(axis[0]), float(axis[1]), float(axis[2])}, c <= -1.0 ? kAnyDirection : float(c)};
+}
+
+// The normals around the corners of each facet. By way of the vertices, so that fans of many facets cost no
+// more.
+std::vector<FacetWall::Cone> FacetWall::facet_cones() const {
   std::vector<std::uint8_t> open(surface_.points.size(), 0);
   for (const Edge& e : topology_.edges)
     if (!e.regular) open[static_cast<std::size_t>(e.a)] = open[static_cast<std::size_t>(e.b)] = 1;
-  out.resize(surface_.triangles.size());
-  for_each_index(out.size(), [&](std::size_t t) {
-    const Vec3& axis = topology_.normals[t];
-    double c = axis.isZero() ? kAnyDirection : 1.0;
-    for (const Index v : surface_.triangles[t]) {
-      if (open[static_cast<std::size_t>(v)]) {
-        c = kAnyDirection;
-        break;
+  std::vector<Cone> vertex(surface_.points.size()), facet(surface_.triangles.size());
+  for_each_chunk(vertex.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    std::vector<Cone> parts;
+    for (std::size_t v = begin; v < end; ++v) {
+      parts.clear();
+      for (const Index corner : topology_.star_of(static_cast<Index>(v))) {
+        const Vec3& n = topology_.normals[static_cast<std::size_t>(corner / 4)];
+        parts.push_back({{float(n[0]), float(n[1]), float(n[2])}, 1.0F});
       }
-      for (const Index corner : topology_.star_of(v))
-        c = std::min(c, axis.dot(topology_.normals[static_cast<std::size_t>(corner / 4)]));
+      vertex[v] = merge(parts);
+      if (open[v]) vertex[v].cos_half = kAnyDirection;
     }
-    // Widened a little: single precision, and hulls of normals around saddles.
-    if (c > -1.0) c = cos_sum(std::min(c, 1.0), 0.996);
-    out[t] = {{float(axis[0]), float(axis[1]), float(axis[2])}, static_cast<float>(c)};
   });
+  for_each_index(facet.size(), [&](std::size_t t) {
+    std::array<Cone, 3> parts;
+    for (std::size_t k = 0; k < 3; ++k) parts[k] = vertex[static_cast<std::size_t>(surface_.triangles[t][k])];
+    facet[t] = merge(parts);
+    if (facet[t].cos_half >= -1.0F)  // a little wider, for single precision
+      facet[t].cos_half = static_cast<float>(cos_sum(facet[t].cos_half, 0.9999));
+  });
+  return facet;
 }
 
 void FacetWall::build_cones() {
-  std::vector<Cone> facet;
-  facet_cones(facet);
+  const std::vector<Cone> facet = facet_cones();
   const BoxTree& tree = bvh_.tree();
   cones_.resize(tree.nodes.size());
-  // Children follow their parent, so one backward pass sees them first.
-  const auto merge = [](const std::vector<Cone>& parts) {
-    Vec3 axis = Vec3::Zero();
-    for (const Cone& p : parts) axis += Vec3(p.axis[0], p.axis[1], p.axis[2]);
-    double c = 1.0;
-    if (axis.norm() < 1e-3) return Cone{{0.0F, 0.0F, 1.0F}, kAnyDirection};
-    axis.normalize();
-    for (const Cone& p : parts) {
-      if (p.cos_half < -1.0F) return Cone{{0.0F, 0.0F, 1.0F}, kAnyDirection};
-      const double off = axis.dot(Vec3(p.axis[0], p.axis[1], p.axis[2]));
-      c = std::min(c, cos_sum(std::clamp(off, -1.0, 1.0), p.cos_half) - 1e-6);
-    }
-    return Cone{{float(axis[0]), float(axis[1]), float(axis[2])}, c <= -1.0 ? kAnyDirection : float(c)};
-  };
-  for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+  std::vector<Cone> parts;
+  for (std::size_t i = tree.nodes.size(); i-- > 0;) {  // children follow their parent: seen first
     for (std::size_t c = 0; c < 2; ++c) {
       const std::int32_t child = tree.nodes[i].child[c];
-      std::vector<Cone> parts;
+      parts.clear();
       if (child < 0) {
-        for (int k = 0; k < leaf_count(child); ++k)
-          parts.push_back(
-              facet[static_cast<std::size_t>(tree.ids[static_cast<std::size_t>(leaf_begin(child) + k)])]);
+        for (int k = leaf_begin(child); k < leaf_begin(child) + leaf_count(child); ++k)
+          parts.push_back(facet[static_cast<std::size_t>(tree.ids[static_cast<std::size_t>(k)])]);
       } else {
-        parts = {cones_[static_cast<std::size_t>(child)][0], cones_[static_cast<std::size_t>(child)][1]};
+        parts.assign(cones_[static_cast<std::size_t>(child)].begin(),
+                     cones_[static_cast<std::size_t>(child)].end());
       }
       cones_[i][c] = merge(parts);
     }
@@ -119,9 +127,16 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double s
     const Index partner = topology_.edges[static_cast<std::size_t>(edge)].partner;
     return partner != kNone && closer(partner);
   };
+  // Facets around a corner or edge share its minimum: the first one on the wall speaks for all.
+  const auto first_of = [&](std::span<const Index> corners) {
+    for (const Index c : corners)
+      if (sign_.on_wall(c / 4)) return c / 4 == hit.triangle;
+    return false;
+  };
   Vec3 n = topology_.normals[t];
   if (hit.feature >= kCorner0) {
     const Index v = surface_.triangles[t][static_cast<std::size_t>(hit.feature - kCorner0)];
+    if (!first_of(topology_.star_of(v))) return false;
     for (const Index c : topology_.star_of(v)) {
       const std::array<Index, 3>& edges = topology_.facet_edges[static_cast<std::size_t>(c / 4)];
       if (closer(c / 4) || goes_on(edges[static_cast<std::size_t>(c % 4)]) ||
@@ -131,8 +146,11 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double s
     n = pseudonormal(surface_, topology_, v);
   } else if (hit.feature >= kEdge0) {
     const Index id = topology_.facet_edges[t][static_cast<std::size_t>(hit.feature - kEdge0)];
+    const std::span<const Index> half =
+        topology_.half_edges_of(topology_.edges[static_cast<std::size_t>(id)]);
+    if (!first_of(half)) return false;
     n.setZero();
-    for (const Index h : topology_.half_edges_of(topology_.edges[static_cast<std::size_t>(id)])) {
+    for (const Index h : half) {
       if (closer(h / 4)) return false;
       n += topology_.normals[static_cast<std::size_t>(h / 4)];
     }

@@ -51,7 +51,8 @@ class FacetWall : public WallField {
   [[nodiscard]] bool on_sharp(const TriangleHit& hit, double sign, EdgePoint& edge, bool& corner) const;
   [[nodiscard]] Vec3 feature_normal(const TriangleHit& hit) const;
   void build_cones();
-  void facet_cones(std::vector<Cone>& out) const;
+  static Cone merge(std::span<const Cone> parts);
+  [[nodiscard]] std::vector<Cone> facet_cones() const;
   [[nodiscard]] bool is_local_minimum(const Vec3& x, const TriangleHit& hit, double sign) const;
   void collect(const Vec3& x, double sign, double reach, const Vec3& main, std::vector<Candidate>& out) const;
 

@@ -1,8 +1,7 @@
 #include "vdb/detail/grid.h"
 
 #include <fmt/format.h>
-#include <openvdb/io/File.h>
-#include <openvdb/io/Stream.h>
+#include <openvdb/io/Archive.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Filter.h>
 #include <openvdb/tools/MeshToVolume.h>
@@ -10,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -171,6 +171,26 @@ std::int64_t BandGrid::active_voxels() const {
 }
 double BandGrid::bytes() const { return static_cast<double>(impl_->grid->memUsage()); }
 
+namespace {
+
+// openvdb::io::File does not look at its stream after writing: on a full disk it leaves half a file behind as
+// if all were well.
+class CheckedArchive : public openvdb::io::Archive {
+ public:
+  [[nodiscard]] openvdb::SharedPtr<openvdb::io::Archive> copy() const override {
+    return std::make_shared<CheckedArchive>(*this);
+  }
+  [[nodiscard]] bool write_file(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids,
+                                const openvdb::MetaMap& meta) const {
+    std::ofstream out(path, std::ios::binary | std::ios::trunc);
+    Archive::write(out, grids, /*seekable=*/true, meta);
+    out.close();
+    return out.good();
+  }
+};
+
+}  // namespace
+
 void BandGrid::write(const std::filesystem::path& path, FunctionRef<WallPoint(const Vec3&)> at) const {
   using openvdb::Vec3SGrid;
   using openvdb::Vec3STree;
@@ -209,10 +229,11 @@ void BandGrid::write(const std::filesystem::path& path, FunctionRef<WallPoint(co
   meta.insertMeta("lamina:k", openvdb::StringMetadata(
                                   "principal curvatures, 1/length, > 0 convex, bounded by 1000 / voxel"));
   try {
-    openvdb::io::File out(file.temporary_path().string());
+    CheckedArchive out;
     out.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-    out.write(openvdb::GridCPtrVec{surface, frames[0], frames[1], frames[2]}, meta);
-    out.close();
+    if (!out.write_file(file.temporary_path(), {surface, frames[0], frames[1], frames[2]}, meta))
+      throw Error(ErrorCode::kFileWrite,
+                  fmt::format("{}: cannot be written: is the disk full?", path.string()));
   } catch (const openvdb::Exception& e) {
     throw Error(ErrorCode::kFileWrite, fmt::format("{}: cannot be written: {}", path.string(), e.what()));
   }

@@ -21,6 +21,9 @@ class SignRule {
                             const TriangleHit& hit) const;
   /// True for facets of a sheet: both sides of it are fluid.
   [[nodiscard]] bool two_sided(Index facet) const { return mode_[static_cast<std::size_t>(facet)] == kSheet; }
+  [[nodiscard]] bool on_wall(Index facet) const {
+    return mode_[static_cast<std::size_t>(facet)] != kSubmerged;
+  }
   [[nodiscard]] bool any_sheet() const { return any_sheet_; }
   /// Facets that bound the body: all but those wholly inside it.
   [[nodiscard]] const std::vector<Index>& wall() const { return wall_; }
