@@ -39,7 +39,7 @@ mesh() {
 mkdir -p "$out"
 "$lamina" sample ahmed -o "$out/ahmed.stl"
 mesh ahmed "$out/ahmed.stl" --case assets/cases/ahmed.toml
-mesh spot assets/bodies/spot.stl --hmin 1e-3 --h2 0.1 --h1 0.5
+mesh spot assets/bodies/spot.stl --hmin 3e-3 --h2 0.2 --h1 1
 
 echo
 echo "files:"

@@ -1,5 +1,5 @@
-// The body as a level set: an OpenVDB narrow-band grid, exact distances where the wall is a triangle surface, and the
-// gradient and Hessian stencils that supply normals and principal curvatures.
+// The body as a level set: an OpenVDB narrow-band grid, exact distances where the wall is a triangle surface,
+// and the gradient and Hessian stencils that supply normals and principal curvatures.
 #pragma once
 
 #include <filesystem>
@@ -15,22 +15,22 @@
 namespace lamina {
 
 struct LevelSetOptions {
-  double voxel = 0.0;                ///< voxel edge, world units; 0: longest extent / 200, coarser if the budget asks
-  double half_width_vox = 6.0;       ///< half width of the band in voxels, >= 3
-  double max_memory = 2e9;           ///< bytes the grids may take; exceeded by an explicit voxel: kLevelSetBudget
+  double voxel = 0.0;  ///< voxel edge, world units; 0: longest extent / 200, coarser if the budget asks
+  double half_width_vox = 6.0;  ///< half width of the band in voxels, >= 3
+  double max_memory = 2e9;      ///< bytes the grids may take; exceeded by an explicit voxel: kLevelSetBudget
   double feature_angle_degrees = 40.0;  ///< edges with a larger exterior dihedral angle are sharp
-  std::string grid;                  ///< .vdb input: name of the grid; empty: the only level set, else "surface"
-  std::optional<double> iso;         ///< .vdb input of fog class: iso value of the wall
+  std::string grid;           ///< .vdb input: name of the grid; empty: the only level set, else "surface"
+  std::optional<double> iso;  ///< .vdb input of fog class: iso value of the wall
 };
 
 struct LevelSetReport {
   double voxel = 0.0;
   std::int64_t active_voxels = 0;
   double grid_bytes = 0.0;
-  std::int64_t polished_voxels = 0;  ///< voxels whose value of meshToVolume was off by more than 2e-7 relative
+  std::int64_t polished_voxels = 0;  ///< voxels whose value of meshToVolume was off by more than 1e-3 voxel
   double worst_polish_vox = 0.0;     ///< largest correction, in voxels
   std::int64_t sharp_edges = 0, corners = 0;
-  std::string sign_rule;             ///< "pseudonormal" or "winding number"
+  std::string sign_rule;  ///< "pseudonormal" or "winding number"
   std::vector<std::string> warnings;
 };
 
@@ -45,17 +45,17 @@ std::vector<VdbGridInfo> vdb_info(const std::filesystem::path& path);
 
 class LevelSet : public WallField {
  public:
-  /// From a cleaned surface: exact distance by a bounding volume hierarchy, sign by pseudonormal when watertight
-  /// and by winding number otherwise, curvature from the grid's stencils (the surface's curvature tensor where the
-  /// stencil sees a feature, the other side of a thin part, or too few voxels).
+  /// From a cleaned surface: exact distance by a bounding volume hierarchy, sign by pseudonormal where shells
+  /// are closed and free of overlaps and by winding number elsewhere (open sheets are two-sided), curvature
+  /// from the triangles' tensor and, where that scatters from vertex to vertex, from the grid's stencils.
   /// Errors: kLevelSetBudget with the estimate and the smallest voxel that fits.
   static LevelSet from_surface(Surface surface, const LevelSetOptions& options, Progress* progress = nullptr);
 
-  /// From a level set written by others: the wall is the zero set of the C2 cubic spline of the grid, closest points
-  /// by Newton steps on it. Distances are multiplied by `scale` (unit conversion).
-  /// Errors: kFileMissing, kFileFormat (corrupt, truncated), kLevelSetGrid naming the grids there are.
-  static LevelSet from_vdb(const std::filesystem::path& path, const LevelSetOptions& options, double scale = 1.0,
-                           Progress* progress = nullptr);
+  /// From a level set written by others: the wall is the zero set of the C2 cubic spline of the grid, closest
+  /// points by Newton steps on it. Distances are multiplied by `scale` (unit conversion). Errors:
+  /// kFileMissing, kFileFormat (corrupt, truncated), kLevelSetGrid naming the grids there are.
+  static LevelSet from_vdb(const std::filesystem::path& path, const LevelSetOptions& options,
+                           double scale = 1.0, Progress* progress = nullptr);
 
   LevelSet(LevelSet&&) noexcept;
   LevelSet& operator=(LevelSet&&) noexcept;
@@ -67,8 +67,8 @@ class LevelSet : public WallField {
   [[nodiscard]] Box<3> bounds() const override;
   [[nodiscard]] const LevelSetReport& report() const;
 
-  /// Writes `surface` (level set), `N`, `T1` and `k` (k1, k2, 0) on the same narrow band: float32, blosc, metadata;
-  /// atomically. Errors: kFileWrite.
+  /// Writes `surface` (level set), `N`, `T1` and `k` (k1, k2, 0) on the same narrow band: float32, blosc,
+  /// metadata; atomically. Errors: kFileWrite.
   void write(const std::filesystem::path& path) const;
 
  private:

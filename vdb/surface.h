@@ -13,8 +13,8 @@ namespace lamina {
 struct Surface {
   std::vector<Vec3> points;
   std::vector<std::array<Index, 3>> triangles;
-  std::vector<Index> tags;              ///< one per triangle: index into tag_names (STL solids, OBJ/PLY groups)
-  std::vector<std::string> tag_names;   ///< at least one entry when there are triangles
+  std::vector<Index> tags;  ///< one per triangle: index into tag_names (STL solids, OBJ/PLY groups)
+  std::vector<std::string> tag_names;  ///< at least one entry when there are triangles
 
   [[nodiscard]] Box<3> bounds() const;
 };
@@ -22,22 +22,22 @@ struct Surface {
 /// What was found in a surface, and what clean() did to it.
 struct SurfaceReport {
   std::int64_t triangles_read = 0;
-  std::int64_t points = 0, triangles = 0;   ///< after cleaning
-  std::int64_t shells = 0;                  ///< edge-connected components
+  std::int64_t points = 0, triangles = 0;                     ///< after cleaning
+  std::int64_t shells = 0;                                    ///< edge-connected components
   std::int64_t nonfinite = 0, degenerate = 0, duplicate = 0;  ///< triangles dropped
-  std::int64_t flipped = 0;                 ///< triangles turned so that each shell is oriented, outward
+  std::int64_t flipped = 0;  ///< triangles turned so that each shell is oriented, outward
   std::int64_t open_edges = 0, nonmanifold_edges = 0, misoriented_edges = 0;  ///< after cleaning
-  double area = 0.0, volume = 0.0;          ///< volume: signed, 0 when open
+  double area = 0.0, volume = 0.0;                                            ///< volume: signed, 0 when open
   double shortest_edge = 0.0, longest_edge = 0.0;
-  double facet_sag = 0.0;                   ///< largest e theta / 8 over smooth edges: how far facets miss a round wall
-  std::vector<std::string> warnings;        ///< one line each
+  double facet_sag = 0.0;  ///< largest e theta / 8 over smooth edges: how far facets miss a round wall
+  std::vector<std::string> warnings;  ///< one line each
 
   [[nodiscard]] bool watertight() const { return open_edges == 0 && nonmanifold_edges == 0; }
 };
 
-/// Welds bit-equal points (also -0.0), drops non-finite, degenerate and duplicate triangles, orients each shell and
-/// turns closed shells outward. Errors: kSurfaceEmpty when nothing is left (says why).
-/// `name` is used in messages only.
+/// Welds bit-equal points (also -0.0), drops non-finite, degenerate and duplicate triangles, orients each
+/// shell and turns closed shells outward. Errors: kSurfaceEmpty when nothing is left (says why). `name` is
+/// used in messages only.
 SurfaceReport clean(Surface& surface, const std::string& name);
 
 }  // namespace lamina

@@ -1,8 +1,9 @@
-"""Rules of the source tree: lint.py RULE ROOT, with RULE one of layering, text, size.
+"""Rules of the source tree: lint.py RULE ROOT, with RULE one of layering, text, size, citations.
 
 layering  a third-party header is included by one place only; arrows point core <- vdb, core <- mesh
 text      no unfinished-work marks, no paths of one machine, no tabs or trailing blanks
 size      no source file above 600 lines
+citations every key cited as [Key2000] stands in assets/papers/references.bib
 
 Prints one `file:line: what is wrong` per finding and exits with 1 if there is any.
 """
@@ -37,6 +38,9 @@ FORBIDDEN = (
 # Spelled in pieces, so that this file does not break its own rule.
 MARKS = re.compile(r"\b(" + "|".join(("TO" "DO", "FIX" "ME", "XX" "X", "HA" "CK")) + r")\b")
 MACHINE_PATH = re.compile(r"(?<![\w.])/(?:" + "|".join(("work", "farm", "home/[a-z]+", "root")) + r")/")
+
+KEY = re.compile(r"^@\w+\{(\w+),", re.MULTILINE)
+CITED = re.compile(r"\[([A-Z][A-Za-z]+(?:19|20)\d\d)\b")
 
 
 def files_of(root, suffixes):
@@ -86,7 +90,16 @@ def size(root):
             yield f"{path.as_posix()}:{count}: longer than {MAX_LINES} lines"
 
 
-RULES = {"layering": layering, "text": text, "size": size}
+def citations(root):
+    known = set(KEY.findall((root / "assets/papers/references.bib").read_text(encoding="utf-8")))
+    for path in files_of(root, SOURCES + (".md",)):
+        for number, line in enumerate(lines_of(root, path), 1):
+            for key in CITED.findall(line):
+                if key not in known:
+                    yield f"{path.as_posix()}:{number}: cites {key}, which is not in references.bib"
+
+
+RULES = {"layering": layering, "text": text, "size": size, "citations": citations}
 
 
 def main():

@@ -60,6 +60,13 @@ class Rules(unittest.TestCase):
         self.assertEqual(len(self.findings("text", "core/a.h", "int a; \n\tint b;\n")), 2)
         self.assertEqual(self.findings("text", "core/a.h", "int network;  // a/work/b\n"), [])
 
+    def test_citations(self):
+        bib = self.root / "assets" / "papers" / "references.bib"
+        bib.parent.mkdir()
+        bib.write_text("@article{Known2000,\n}\n")
+        self.assertEqual(self.findings("citations", "core/a.h", "// as [Known2000, eq. 1] has it\n"), [])
+        self.assertEqual(len(self.findings("citations", "core/a.h", "// [Unknown1999]\n")), 1)
+
     def test_size(self):
         self.assertEqual(self.findings("size", "core/a.h", "\n" * 600), [])
         self.assertEqual(len(self.findings("size", "core/a.h", "\n" * 601)), 1)

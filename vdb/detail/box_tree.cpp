@@ -16,8 +16,8 @@ constexpr int kLeafSize = 4;
 constexpr int kParallelSize = 8192;
 constexpr int kMedianDepth = 60;  // deeper nodes are halved, so that the depth stays below kTreeStack
 
-// One step beyond the rounded value, whichever way it was rounded: comparing the float with the double it came from
-// is not safe, GCC 12's vectorizer may leave out the rounding in between.
+// One step beyond the rounded value, whichever way it was rounded: comparing the float with the double it
+// came from is not safe, GCC 12's vectorizer may leave out the rounding in between.
 float round_down(double v) {
   return std::nextafter(static_cast<float>(v), -std::numeric_limits<float>::infinity());
 }

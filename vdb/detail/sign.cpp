@@ -58,6 +58,36 @@ bool overlap(const BoxRef& r, const BoxNode& n, int c) {
   return true;
 }
 
+// Points that all facets below a child of a node have in common; they make a fan that a facet at such a point
+// need not be tested against.
+std::vector<std::array<std::array<Index, 3>, 2>> shared_points(const Surface& s, const BoxTree& tree) {
+  using Points = std::array<Index, 3>;
+  const auto both = [](const Points& a, const Points& b) {
+    Points out = a;
+    for (Index& v : out)
+      if (std::find(b.begin(), b.end(), v) == b.end()) v = kNone;
+    return out;
+  };
+  std::vector<std::array<Points, 2>> shared(tree.nodes.size());
+  for (std::size_t n = tree.nodes.size(); n-- > 0;) {  // children follow their parent
+    for (std::size_t c = 0; c < 2; ++c) {
+      const std::int32_t child = tree.nodes[n].child[c];
+      if (child >= 0) {
+        shared[n][c] =
+            both(shared[static_cast<std::size_t>(child)][0], shared[static_cast<std::size_t>(child)][1]);
+        continue;
+      }
+      const auto facet = [&](int i) {
+        return s.triangles[static_cast<std::size_t>(tree.ids[static_cast<std::size_t>(i)])];
+      };
+      shared[n][c] = facet(leaf_begin(child));
+      for (int i = 1; i < leaf_count(child); ++i)
+        shared[n][c] = both(shared[n][c], facet(leaf_begin(child) + i));
+    }
+  }
+  return shared;
+}
+
 std::vector<std::uint8_t> open_shells(const Topology& topo) {
   std::vector<std::uint8_t> open(static_cast<std::size_t>(topo.shells), 0);
   for (std::size_t t = 0; t < topo.shell.size(); ++t)
@@ -83,28 +113,33 @@ std::vector<std::uint8_t> crossing_facets(const Surface& s) {
     refs.push_back(BoxRef::around(p, 3, static_cast<Index>(t)));
   }
   const BoxTree tree = build_box_tree(refs);
+  const std::vector<std::array<std::array<Index, 3>, 2>> shared = shared_points(s, tree);
+  const auto touches = [&](std::size_t t, const std::array<Index, 3>& points) {
+    return std::any_of(points.begin(), points.end(), [&](Index v) {
+      return v != kNone && std::find(s.triangles[t].begin(), s.triangles[t].end(), v) != s.triangles[t].end();
+    });
+  };
   std::vector<std::uint8_t> out(s.triangles.size(), 0);
-  for_each_index(
-      out.size(),
-      [&](std::size_t t) {
-        std::int32_t stack[kTreeStack];
-        int depth = 0;
-        stack[depth++] = tree.root;
-        while (depth > 0 && !out[t]) {
-          const std::int32_t code = stack[--depth];
-          if (code < 0) {
-            for (int i = leaf_begin(code); i < leaf_begin(code) + leaf_count(code); ++i) {
-              const std::size_t other = static_cast<std::size_t>(tree.ids[static_cast<std::size_t>(i)]);
-              if (other != t && cross(s, t, other)) out[t] = 1;
-            }
-            continue;
-          }
-          const BoxNode& n = tree.nodes[static_cast<std::size_t>(code)];
-          for (int c = 0; c < 2; ++c)
-            if (overlap(refs[t], n, c)) stack[depth++] = n.child[c];
+  const auto search = [&](std::size_t t) {
+    std::int32_t stack[kTreeStack];
+    int depth = 0;
+    stack[depth++] = tree.root;
+    while (depth > 0 && !out[t]) {
+      const std::int32_t code = stack[--depth];
+      if (code < 0) {
+        for (int i = leaf_begin(code); i < leaf_begin(code) + leaf_count(code); ++i) {
+          const std::size_t other = static_cast<std::size_t>(tree.ids[static_cast<std::size_t>(i)]);
+          if (other != t && cross(s, t, other)) out[t] = 1;
         }
-      },
-      256);
+        continue;
+      }
+      const std::size_t node = static_cast<std::size_t>(code);
+      for (std::size_t c = 0; c < 2; ++c)
+        if (overlap(refs[t], tree.nodes[node], static_cast<int>(c)) && !touches(t, shared[node][c]))
+          stack[depth++] = tree.nodes[node].child[c];
+    }
+  };
+  for_each_index(out.size(), search, 256);
   return out;
 }
 
