@@ -23,8 +23,10 @@ class AdaptMetric {
 };
 
 struct AdaptOptions {
-  double quality_floor = 0.1;  ///< no accepted operation makes a cell worse than min(floor, what was there)
-  double start_size = 0.0;     ///< first size floor; 0: the longest edge of the seed
+  /// No accepted operation makes a cell worse than min(floor, what was there); the split of an edge longer
+  /// than 2 may go down to min(0.4 floor, what was there).
+  double quality_floor = 0.1;
+  double start_size = 0.0;  ///< first size floor; 0: the longest edge of the seed
   double end_size = 0.0;  ///< smallest wanted size: the floor is halved until it is below this, then dropped
   int passes_per_step = 3;     ///< block passes per step of the homotopy
   int final_passes = 8;        ///< at the wanted metric
