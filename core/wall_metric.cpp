@@ -1,8 +1,9 @@
 // Near the wall the metric has the frame (N, T1, T2) of the closest wall point. Its normal size follows the
-// layers, its tangential sizes the curvature. Two things are added so that a mesh can meet it: sizes across a
-// sharp edge start at the fan around the edge and grow by the layer growth per element, and where further
-// walls are in reach (concave corners, channels) the metrics of all of them are intersected, which makes the
-// field continuous across the bisector.
+// layers, its tangential sizes the curvature. Two things are added so that a mesh can meet it. Sizes across a
+// sharp edge start at the fan around the edge. Where further walls are in reach (concave corners, channels)
+// the metrics of all of them are intersected, which makes the field continuous across the bisector. Away from
+// the edge and from the bisector both grow by edge_growth per element: the layers' own growth would cost
+// three times the cells on a body of many small facets and gains no quality.
 #include "core/wall_metric.h"
 
 #include <fmt/format.h>
@@ -52,6 +53,8 @@ void check(const BoundaryLayer& layer, const SizeOptions& s, const Box<3>& body)
   if (!(s.corner_elements >= 1.0 && s.corner_elements <= 16.0))
     reject(ErrorCode::kParameter,
            fmt::format("--corner-elements = {:g} must be in [1, 16]", s.corner_elements));
+  if (!(s.edge_growth > 1.0 && s.edge_growth <= 4.0))
+    reject(ErrorCode::kParameter, fmt::format("--edge-growth = {:g} must be in (1, 4]", s.edge_growth));
   if (s.gradation != 0.0 && !(s.gradation > 1.0 && s.gradation <= 4.0))
     reject(ErrorCode::kParameter,
            fmt::format("--gradation = {:g} must be 0 (off) or in (1, 4]", s.gradation));
@@ -141,7 +144,7 @@ Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, dou
   // Across a nearby sharp edge the size starts at that of the fan around it; along the edge nothing is asked.
   const double angle = std::clamp(wall.edge_angle, 0.1, 0.5 * std::numbers::pi);
   const double fan = sizes.hn * 0.5 * std::numbers::pi / angle;
-  const double across = std::max(fan + (layer_.growth - 1.0) * wall.edge_distance, floor);
+  const double across = std::max(fan + edge_rate() * wall.edge_distance, floor);
   if (across >= h[1] && across >= h[2]) return base;
   Vec3 along = wall.edge_direction - wall.edge_direction.dot(wall.N) * wall.N;
   constexpr double kAlongNormal = 1e-6;
@@ -163,6 +166,9 @@ double WallMetric::reach(const Vec3& x, double size) const {
   return layer_.top() + sizes_.box2.inner_distance(x) * u / (1.0 - u);
 }
 
+// Growth per unit of length that makes a ratio of edge_growth per element.
+double WallMetric::edge_rate() const { return std::log(sizes_.edge_growth); }
+
 Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& wall, const Sizes& sizes, double floor) const {
   Metric<3> m = wall_metric(wall, sizes, floor);
   const double widest = std::max({sizes.ht1, sizes.ht2, floor});
@@ -171,10 +177,15 @@ Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& wall, const Sizes& 
   if (widest <= kNearlyIsotropic * std::max(sizes.hn, floor)) return m;
   constexpr int kMaxWalls = 4;
   std::array<WallPoint, kMaxWalls> others;
-  const int count = wall_->others(x, wall, reach(x, widest), others);
+  const double limit = std::min(reach(x, widest), std::abs(wall.phi) + (widest - sizes.hn) / edge_rate());
+  const int count = wall_->others(x, wall, limit, others);
   for (int i = 0; i < count; ++i) {
     const WallPoint& other = others[i];
-    m = intersect(m, wall_metric(other, wall_sizes(x, other), floor));
+    Sizes s = wall_sizes(x, other);
+    s.hn = std::max(s.hn, sizes.hn + edge_rate() * (std::abs(other.phi) - std::abs(wall.phi)));
+    s.ht1 = std::max(s.ht1, s.hn);
+    s.ht2 = std::max(s.ht2, s.hn);
+    m = intersect(m, wall_metric(other, s, floor));
   }
   return m;
 }

@@ -23,6 +23,8 @@ struct SizeOptions {
   double growth_inside = 2.0;    ///< growth per layer inside the body below the mirrored layers, in (1, 4]
   int mirrored_layers = 3;       ///< layers repeated on the inside
   double corner_elements = 3.0;  ///< elements per 90 degrees of the fan around a sharp edge, in [1, 16]
+  double edge_growth = 2.0;  ///< ratio of sizes per element along the wall, away from a sharp edge or from
+                             ///< where two walls are equally near, in (1, 4]
   double gradation = 1.5;  ///< bound on the ratio of sizes per element beyond the layers, in (1, 4]; 0 = off
 };
 
@@ -64,6 +66,7 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& wall, const Sizes& sizes,
                                  double floor) const;
   [[nodiscard]] double reach(const Vec3& x, double size) const;
+  [[nodiscard]] double edge_rate() const;
 
   const WallField* wall_;
   BoundaryLayer layer_;

@@ -46,6 +46,7 @@ struct Case {
   std::optional<Box<3>> box2, domain;
   Profile profile = Profile::kLayered;
   double corner_elements = SizeOptions{}.corner_elements;
+  double edge_growth = SizeOptions{}.edge_growth;
   double gradation = SizeOptions{}.gradation;
   double growth_inside = SizeOptions{}.growth_inside;
   LevelSetOptions level_set;

@@ -226,9 +226,14 @@ void add_sizes(Options& o) {
                                "elements per 90 degrees around a sharp edge in the first layer"),
                           1, 16),
                    [](Case& c) -> double& { return c.corner_elements; }));
+  o.push_back(bind(within(real("sizes", "edge_growth", "--edge-growth", "", "",
+                               "growth per element along the wall, away from sharp edges and from where two "
+                               "walls meet"),
+                          1, 4, true),
+                   [](Case& c) -> double& { return c.edge_growth; }));
   o.push_back(bind(within(real("sizes", "gradation", "--gradation", "", "",
-                               "largest ratio of sizes per unit of metric length; 0: no bound"),
-                          0, 100),
+                               "largest ratio of sizes per element beyond the layers, above 1; 0: no bound"),
+                          0, 4),
                    [](Case& c) -> double& { return c.gradation; }));
   o.push_back(bind(within(real("sizes", "growth_inside", "--growth-inside", "", "",
                                "growth per layer inside the body, below the mirrored layers"),

@@ -120,6 +120,7 @@ void resolve_sizes(ResolvedCase& r, double extent) {
   r.sizes.profile = c.profile;
   r.sizes.growth_inside = c.growth_inside;
   r.sizes.corner_elements = c.corner_elements;
+  r.sizes.edge_growth = c.edge_growth;
   r.sizes.gradation = c.gradation;
 }
 

@@ -59,6 +59,7 @@ Case unusual_case() {
   c.domain = Box<3>{Vec3(-10, -20, -30), Vec3(10, 20, 30)};
   c.profile = Profile::kContinuous;
   c.corner_elements = 3.5;
+  c.edge_growth = 1.3;
   c.gradation = 0.0;
   c.growth_inside = 1.7;
   c.level_set.voxel = 0.004;

@@ -174,12 +174,17 @@ TEST(WallMetric, ConcaveCornerObeysBothWallsAndIsContinuous) {
     EXPECT_NEAR(near_x.size_along(d) / near_z.size_along(d), 1.0, 1e-6);
   const auto close = m.at(Vec3(0.5e-3, 0, 0.02));
   EXPECT_NEAR(close.size_along(Vec3::UnitX()), 1e-3, 1e-12);
-  EXPECT_NEAR(close.size_along(Vec3::UnitZ()), m.normal_size(Vec3(0, 0, 0.02), 0.02), 1e-12);
+  // The further wall's normal size grows by the larger of the layers' growth and edge_growth.
+  EXPECT_NEAR(close.size_along(Vec3::UnitZ()), 1e-3 + std::log(2.0) * (0.02 - 0.5e-3), 1e-12);
+  SizeOptions slow = sizes();
+  slow.edge_growth = 1.1;
+  EXPECT_NEAR(WallMetric(wall, layer(), slow).at(Vec3(0.5e-3, 0, 0.02)).size_along(Vec3::UnitZ()),
+              m.normal_size(Vec3(0, 0, 0.02), 0.02), 1e-12);
   EXPECT_NEAR(close.size_along(Vec3::UnitY()), 0.1, 1e-12);
 }
 
-// Near a sharp edge sizes across it start at the fan and grow by the layer growth; along the edge nothing
-// changes.
+// Near a sharp edge sizes across it start at the fan and grow by edge_growth per element; along the edge
+// nothing changes.
 TEST(WallMetric, SizesAcrossASharpEdgeAreGraded) {
   class Edge : public Plane {
    public:
@@ -192,10 +197,12 @@ TEST(WallMetric, SizesAcrossASharpEdgeAreGraded) {
     }
   };
   const Edge wall;
-  const WallMetric m(wall, layer(), sizes());
-  for (const double t : {0.0, 0.01, 0.1, 0.3}) {
+  SizeOptions options = sizes();
+  options.edge_growth = 1.5;
+  const WallMetric m(wall, layer(), options);
+  for (const double t : {0.0, 0.01, 0.1, 0.2}) {
     const auto s = m.at(Vec3(t, 0, 0.5e-3));
-    EXPECT_NEAR(s.size_along(Vec3::UnitX()), 1e-3 + 0.2 * t, 1e-9) << t;
+    EXPECT_NEAR(s.size_along(Vec3::UnitX()), 1e-3 + std::log(1.5) * t, 1e-9) << t;
     EXPECT_NEAR(s.size_along(Vec3::UnitY()), 0.1, 1e-9);
     EXPECT_NEAR(s.size_along(Vec3::UnitZ()), 1e-3, 1e-12);
   }
@@ -223,6 +230,9 @@ TEST(WallMetric, RefusesContradictions) {
   EXPECT_THROW(WallMetric(wall, layer(), s), Error);
   s = sizes();
   s.gradation = 0.5;
+  EXPECT_THROW(WallMetric(wall, layer(), s), Error);
+  s = sizes();
+  s.edge_growth = 1.0;
   EXPECT_THROW(WallMetric(wall, layer(), s), Error);
 }
 
