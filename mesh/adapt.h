@@ -29,7 +29,7 @@ struct AdaptOptions {
   double start_size = 0.0;  ///< first size floor; 0: the longest edge of the seed
   double end_size = 0.0;  ///< smallest wanted size: the floor is halved until it is below this, then dropped
   int passes_per_step = 3;     ///< block passes per step of the homotopy
-  int final_passes = 8;        ///< at the wanted metric
+  int final_passes = 4;        ///< at the wanted metric, dearer ones
   int block_vertices = 16384;  ///< vertices per block; fixed by the mesh, never by the thread count
 };
 

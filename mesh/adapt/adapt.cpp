@@ -191,10 +191,8 @@ void add_stats(std::vector<OperatorStats>& total, const std::array<OperatorStats
   }
 }
 
-/// The last passes at the wanted metric look for gains among good cells too.
-constexpr int kPolishPasses = 2;
-
-/// One visit of every piece.
+/// One visit of every piece. Polishing looks for gains among good cells too: at the wanted metric two such
+/// passes gain more than six plain ones.
 template <int D>
 void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, const AdaptOptions& options,
               int pass, bool polish, AdaptSummary& summary) {
@@ -250,7 +248,7 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
     const int passes = last ? options.final_passes : options.passes_per_step;
     for (int i = 0; i < passes; ++i, ++pass) {
       if (progress) progress->check_cancelled();
-      run_pass(global, field, floors[k], options, pass, last && passes - i <= kPolishPasses, summary);
+      run_pass(global, field, floors[k], options, pass, last, summary);
     }
     AdaptStep step = measure(global);
     step.size_floor = floors[k];

@@ -7,10 +7,6 @@
 namespace lamina::adapt_detail {
 namespace {
 
-// Above this quality the rounding error of the volume in metric space cannot reach its sign (aspect ratios to
-// 1e9).
-constexpr double kSignIsSafe = 1e-4;
-
 template <int D>
 std::uint64_t ridge_key(const std::array<Index, D + 1>& v, int skip) {
   if constexpr (D == 2) {

@@ -19,6 +19,10 @@ constexpr Index boundary_code(int tag) { return -1 - tag; }  ///< tag in 1..31
 constexpr bool is_boundary(Index neighbor) { return neighbor < kInterface; }
 constexpr int boundary_tag(Index neighbor) { return -1 - neighbor; }
 
+/// Above this quality the rounding error of the volume in metric space cannot reach its sign (aspect ratios
+/// to 1e9).
+inline constexpr double kSignIsSafe = 1e-4;
+
 /// Set of boundary tags a vertex, edge or facet lies on, as bits.
 using TagSet = std::uint32_t;
 constexpr TagSet tag_bit(int tag) { return TagSet{1} << tag; }

@@ -324,6 +324,26 @@ Vec<D> Operators<D>::ideal_step(Index a, int power) const {
   return va.metric.factor().template triangularView<Eigen::Upper>().solve(Vec<D>(sum / weights));
 }
 
+// Fills qualities_ with those of the cells of the ball of a once a is replaced by p; false as soon as one is
+// not above the floor or the badness sums up to the limit.
+template <int D>
+bool Operators<D>::improves_ball(Index a, const Vertex& p, double floor, double limit, int power) {
+  qualities_.clear();
+  double sum = 0.0;
+  for (const Index c : cavity_.cells()) {
+    std::array<const Vertex*, D + 1> w;
+    for (int i = 0; i <= D; ++i) {
+      const Index v = mesh_.cells[c].v[i];
+      w[i] = v == a ? &p : &mesh_.vertices[v];
+    }
+    const double q = mesh_.quality(w);
+    sum += badness(q, 2 * power);
+    if (q <= floor || sum >= limit) return false;
+    qualities_.push_back(q);
+  }
+  return true;
+}
+
 template <int D>
 bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
   OperatorStats& stats = stats_[kSmooth];
@@ -336,44 +356,29 @@ bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
     for (int t = 1; t < 32; ++t)
       if (tags & tag_bit(t)) step -= mesh_.normals[t].dot(step) * mesh_.normals[t];
   if (mesh_.vertices[a].metric.length(step) < 1e-3) return false;
-  double old_worst = 1.0;
-  double old_sum = 0.0;
+  double worst = 1.0;
+  double sum = 0.0;
   for (const Index c : cavity_.cells()) {
     const double q = mesh_.cells[c].quality;
-    old_worst = std::min(old_worst, q);
-    old_sum += badness(q, 2 * power);
+    worst = std::min(worst, q);
+    sum += badness(q, 2 * power);
   }
-  const double floor = std::min(rules.floor, old_worst);
+  const double floor = std::max(std::min(rules.floor, worst), kSignIsSafe);
   constexpr int kBackoffs = 3;
   constexpr double kWorthwhile = 0.995;  // smaller gains would keep the whole mesh moving for ever
   double fraction = 1.0;
   for (int k = 0; k < kBackoffs; ++k, fraction *= 0.5) {
-    Vertex p = make_vertex(mesh_.vertices[a].x + fraction * step, tags);
+    // The metric of the old place tells most failures, without the price of a new one.
+    Vertex p = mesh_.vertices[a];
+    p.x += fraction * step;
+    if (!improves_ball(a, p, floor, kWorthwhile * sum, power)) continue;
+    p = make_vertex(p.x, tags);
     p.cell = mesh_.vertices[a].cell;
-    double sum = 0.0;
-    double worst = 1.0;
-    std::array<double, 256> quality;
-    if (cavity_.cells().size() > quality.size()) return false;
-    std::size_t n = 0;
-    for (const Index c : cavity_.cells()) {
-      std::array<const Vertex*, D + 1> w;
-      for (int i = 0; i <= D; ++i) {
-        const Index v = mesh_.cells[c].v[i];
-        w[i] = v == a ? &p : &mesh_.vertices[v];
-      }
-      const double q = mesh_.quality(w);
-      quality[n++] = q;
-      worst = std::min(worst, q);
-      if (q <= floor || q < 1e-4) break;
-      sum += badness(q, 2 * power);
-      if (sum >= old_sum * kWorthwhile) break;
-    }
-    if (n < cavity_.cells().size() || worst <= floor || worst < 1e-4 || sum >= old_sum * kWorthwhile)
-      continue;
+    if (!improves_ball(a, p, floor, kWorthwhile * sum, power)) continue;
     mesh_.vertices[a] = p;
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = 0; i < qualities_.size(); ++i) {
       auto& cell = mesh_.cells[cavity_.cells()[i]];
-      cell.quality = quality[i];
+      cell.quality = qualities_[i];
       for (const Index v : cell.v) mesh_.vertices[v].changed = mesh_.pass;
     }
     ++stats.accepted;

@@ -61,6 +61,7 @@ class Operators {
   /// `power` p weighs a cell of quality q by q^-p in the step and q^-2p in the sum that must fall.
   bool smooth(Index a, const Rules& rules, int power);
   Vec<D> ideal_step(Index a, int power) const;
+  bool improves_ball(Index a, const Vertex& p, double floor, double limit, int power);
 
   Local& mesh_;
   Cavity<D> cavity_;
@@ -68,6 +69,7 @@ class Operators {
   double size_floor_;
   std::vector<Edge> edges_;
   std::vector<Index> neighbors_;
+  std::vector<double> qualities_;
   std::array<OperatorStats, kOperatorCount> stats_;
 };
 

@@ -1,8 +1,8 @@
 // Other walls in reach. A point q of the wall is a local minimum of the distance from x when it is the
 // closest point of its facet and no neighbour of the feature it lies on comes closer. Subtrees are skipped by
-// distance, when they lie in the 30 degree cone around the nearest wall, and - what makes it cheap along a
-// plain wall - when no normal below them points towards x: at a local minimum x lies in the hull of the
-// normals around q. Facets at rims and where more than two meet allow every direction.
+// distance and - what makes it cheap along a plain wall - when no normal below them points towards x: at a
+// local minimum x lies in the hull of the normals around q. Facets at rims and where more than two meet allow
+// every direction.
 #include <algorithm>
 #include <cmath>
 
@@ -14,28 +14,6 @@ namespace {
 
 constexpr double kSeparation = 0.86602540378443865;  // cos 30 degrees
 constexpr float kAnyDirection = -2.0F;
-
-// Sine and cosine of the half angle under which a box is seen, and the unit direction of its centre; false
-// when x is inside its bounding sphere.
-struct View {
-  Vec3 direction;
-  double sin_half, cos_half;
-};
-
-bool view_of(const BoxNode& n, int c, const Vec3& x, View& view) {
-  Vec3 center, half;
-  for (int a = 0; a < 3; ++a) {
-    center[a] = 0.5 * (double(n.lo[a][c]) + double(n.hi[a][c]));
-    half[a] = 0.5 * (double(n.hi[a][c]) - double(n.lo[a][c]));
-  }
-  const Vec3 to = center - x;
-  const double d2 = to.squaredNorm(), r2 = half.squaredNorm();
-  if (d2 <= r2) return false;
-  view.direction = to / std::sqrt(d2);
-  view.sin_half = std::sqrt(r2 / d2);
-  view.cos_half = std::sqrt(1.0 - r2 / d2);
-  return true;
-}
 
 // cos(a + b) for angles in [0, pi] whose sum may exceed pi: then -1.
 double cos_sum(double cos_a, double cos_b) {
@@ -91,28 +69,97 @@ std::vector<FacetWall::Cone> FacetWall::facet_cones() const {
   return facet;
 }
 
-void FacetWall::build_cones() {
+FacetWall::Part FacetWall::make_part(const Cone& normals, const Vec3& lo, const Vec3& hi) {
+  Part part;
+  const Vec3 center = 0.5 * (lo + hi);
+  for (int a = 0; a < 3; ++a) part.center[a] = static_cast<float>(center[a]);
+  constexpr double kSlack = 1e-6;  // single precision of the centre
+  part.radius =
+      static_cast<float>(0.5 * (hi - lo).norm() * (1.0 + kSlack) + kSlack * center.cwiseAbs().maxCoeff());
+  part.normals = normals;
+  const double cosine = normals.cos_half;
+  part.sin_half = static_cast<float>(std::sqrt(std::max(0.0, 1.0 - cosine * cosine)));
+  return part;
+}
+
+void FacetWall::build_parts() {
   const std::vector<Cone> facet = facet_cones();
   const BoxTree& tree = bvh_.tree();
-  cones_.resize(tree.nodes.size());
-  std::vector<Cone> parts;
+  slots_.resize(tree.ids.size());
+  for_each_index(slots_.size(), [&](std::size_t k) {
+    const std::size_t t = static_cast<std::size_t>(tree.ids[k]);
+    Box<3> box;
+    for (const Index v : surface_.triangles[t])
+      box.extend(surface_.points[static_cast<std::size_t>(v)] - bvh_.origin());
+    slots_[k] = make_part(facet[t], box.lo, box.hi);
+  });
+  parts_.resize(tree.nodes.size());
+  std::vector<Cone> below;
   for (std::size_t i = tree.nodes.size(); i-- > 0;) {  // children follow their parent: seen first
+    const BoxNode& node = tree.nodes[i];
     for (std::size_t c = 0; c < 2; ++c) {
-      const std::int32_t child = tree.nodes[i].child[c];
-      parts.clear();
+      const std::int32_t child = node.child[c];
+      below.clear();
       if (child < 0) {
         for (int k = leaf_begin(child); k < leaf_begin(child) + leaf_count(child); ++k)
-          parts.push_back(facet[static_cast<std::size_t>(tree.ids[static_cast<std::size_t>(k)])]);
+          below.push_back(slots_[static_cast<std::size_t>(k)].normals);
       } else {
-        parts.assign(cones_[static_cast<std::size_t>(child)].begin(),
-                     cones_[static_cast<std::size_t>(child)].end());
+        for (const Part& part : parts_[static_cast<std::size_t>(child)]) below.push_back(part.normals);
       }
-      cones_[i][c] = merge(parts);
+      const Vec3 lo(node.lo[0][c], node.lo[1][c], node.lo[2][c]),
+          hi(node.hi[0][c], node.hi[1][c], node.hi[2][c]);
+      parts_[i][c] = make_part(merge(below), lo, hi);
     }
   }
 }
 
+// Can a normal of `part` (turned around, for its back) point from its place to x? Asks whether the ball, seen
+// from x, meets the cone.
+bool FacetWall::may_face(const Part& part, const Vec3& local, bool front, bool back) {
+  if (part.normals.cos_half < -1.0F) return true;
+  const Vec3 from(local[0] - part.center[0], local[1] - part.center[1], local[2] - part.center[2]);
+  const double d2 = from.squaredNorm(), radius = part.radius;
+  if (d2 <= radius * radius) return true;
+  const double height =
+      from[0] * part.normals.axis[0] + from[1] * part.normals.axis[1] + from[2] * part.normals.axis[2];
+  const double across = std::sqrt(std::max(0.0, d2 - height * height));
+  constexpr double kSlack = 1e-5;  // single precision of the cone
+  const double beside = across * part.normals.cos_half - kSlack * (across + std::abs(height)) - radius;
+  const double along = height * part.sin_half;
+  return (front && beside <= along) || (back && beside <= -along);
+}
+
+// Does the wall come closer to x on the way from the closest point of a facet into one of its neighbours?
+// Cheap and certain when true; false decides nothing.
+bool FacetWall::descends(const TriangleHit& hit) const {
+  const double least = 2e-6 * std::sqrt(hit.d2);
+  const auto towards = [&](Index v) {
+    const Vec3 way = surface_.points[static_cast<std::size_t>(v)] - hit.point;
+    return hit.offset.dot(way) > least * way.norm();
+  };
+  const std::array<Index, 3>& corners = surface_.triangles[static_cast<std::size_t>(hit.triangle)];
+  if (hit.feature >= kCorner0) {
+    const Index v = corners[static_cast<std::size_t>(hit.feature - kCorner0)];
+    for (const Index c : topology_.star_of(v)) {
+      const std::array<Index, 3>& t = surface_.triangles[static_cast<std::size_t>(c / 4)];
+      if (towards(t[static_cast<std::size_t>((c % 4 + 1) % 3)]) ||
+          towards(t[static_cast<std::size_t>((c % 4 + 2) % 3)]))
+        return true;
+    }
+  } else if (hit.feature >= kEdge0) {
+    const std::array<Index, 3>& edges = topology_.facet_edges[static_cast<std::size_t>(hit.triangle)];
+    const Edge& e =
+        topology_.edges[static_cast<std::size_t>(edges[static_cast<std::size_t>(hit.feature - kEdge0)])];
+    for (const Index h : topology_.half_edges_of(e))
+      if (towards(
+              surface_.triangles[static_cast<std::size_t>(h / 4)][static_cast<std::size_t>((h % 4 + 2) % 3)]))
+        return true;
+  }
+  return false;
+}
+
 bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double sign) const {
+  if (descends(hit)) return false;
   const std::size_t t = static_cast<std::size_t>(hit.triangle);
   const double limit = hit.d2 * (1.0 - 1e-12);
   const auto closer = [&](Index facet) {
@@ -165,6 +212,7 @@ void FacetWall::collect(const Vec3& x, double sign, double reach, const Vec3& ma
   const BoxTree& tree = bvh_.tree();
   if (tree.empty()) return;
   const Vec3 local = x - bvh_.origin();
+  const bool front = sign > 0.0 || sign_.any_sheet(), back = sign < 0.0 || sign_.any_sheet();
   std::int32_t stack[kTreeStack];
   int depth = 0;
   stack[depth++] = tree.root;
@@ -172,6 +220,7 @@ void FacetWall::collect(const Vec3& x, double sign, double reach, const Vec3& ma
     const std::int32_t code = stack[--depth];
     if (code < 0) {
       for (int i = leaf_begin(code); i < leaf_begin(code) + leaf_count(code); ++i) {
+        if (!may_face(slots_[static_cast<std::size_t>(i)], local, front, back)) continue;
         const TriangleHit hit = bvh_.on_slot(i, x);
         if (hit.d2 > reach * reach) continue;
         const double d = std::sqrt(hit.d2);
@@ -187,19 +236,8 @@ void FacetWall::collect(const Vec3& x, double sign, double reach, const Vec3& ma
     child_distances(node, local.data(), d2);
     for (int c = 0; c < 2; ++c) {
       if (d2[c] > reach * reach) continue;
-      View view;
-      if (view_of(node, c, local, view)) {
-        // Wholly inside the cone of the nearest wall?
-        const double to_main = std::clamp(view.direction.dot(main), -1.0, 1.0);
-        if (cos_sum(to_main, view.cos_half) > kSeparation) continue;
-        const Cone& cone = cones_[static_cast<std::size_t>(code)][static_cast<std::size_t>(c)];
-        if (cone.cos_half >= -1.0F) {
-          const double facing = -view.direction.dot(Vec3(cone.axis[0], cone.axis[1], cone.axis[2]));
-          const double widest = cos_sum(cone.cos_half, view.cos_half);
-          const bool front = sign > 0.0 || sign_.any_sheet(), back = sign < 0.0 || sign_.any_sheet();
-          if (!(front && facing >= widest) && !(back && -facing >= widest)) continue;
-        }
-      }
+      if (!may_face(parts_[static_cast<std::size_t>(code)][static_cast<std::size_t>(c)], local, front, back))
+        continue;
       stack[depth++] = node.child[c];
     }
   }

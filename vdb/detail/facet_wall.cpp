@@ -24,7 +24,7 @@ FacetWall::FacetWall(Surface surface, double feature_angle)
       bvh_(surface_.points, surface_.triangles, sign_.wall()),
       features_(surface_, topology_, sign_),
       curvature_(estimate_curvature(surface_, topology_)) {
-  build_cones();
+  build_parts();
 }
 
 double FacetWall::phi(const Vec3& x) const {
