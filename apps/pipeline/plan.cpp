@@ -23,7 +23,7 @@
 namespace lamina {
 namespace {
 
-constexpr double kLeavesAcross = 30.0;  // wall leaves along the body's longest extent
+constexpr double kLeavesAcross = 24.0;  // wall leaves along the body's longest extent
 constexpr double kNearRatio = 0.5;      // half diagonal of a leaf against its distance from the wall
 constexpr int kRootCells = 6;           // of the octree, along the domain's longest side
 constexpr int kRayIntervals = 14;       // on each side of the wall, within the layer

@@ -180,7 +180,6 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double s
       if (sign_.on_wall(c / 4)) return c / 4 == hit.triangle;
     return false;
   };
-  Vec3 n = topology_.normals[t];
   if (hit.feature >= kCorner0) {
     const Index v = surface_.triangles[t][static_cast<std::size_t>(hit.feature - kCorner0)];
     if (!first_of(topology_.star_of(v))) return false;
@@ -190,21 +189,23 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double s
           goes_on(edges[static_cast<std::size_t>((c % 4 + 2) % 3)]))
         return false;
     }
-    n = pseudonormal(surface_, topology_, v);
   } else if (hit.feature >= kEdge0) {
     const Index id = topology_.facet_edges[t][static_cast<std::size_t>(hit.feature - kEdge0)];
     const std::span<const Index> half =
         topology_.half_edges_of(topology_.edges[static_cast<std::size_t>(id)]);
     if (!first_of(half)) return false;
-    n.setZero();
-    for (const Index h : half) {
+    for (const Index h : half)
       if (closer(h / 4)) return false;
-      n += topology_.normals[static_cast<std::size_t>(h / 4)];
-    }
     if (goes_on(id)) return false;
   }
-  // The wall must face x: its other side is not seen from here.
-  return sign_.two_sided(hit.triangle) || sign * hit.offset.dot(n) >= 0.0;
+  // The wall must face x, so that the space in front of it is of the kind x is in: its other side is not
+  // seen.
+  constexpr double kInFront = 1e-3;
+  TriangleHit front = hit;
+  front.offset *= kInFront;
+  front.d2 *= kInFront * kInFront;
+  return sign_.two_sided(hit.triangle) ||
+         sign_.sign(surface_, topology_, hit.point + front.offset, front) == sign;
 }
 
 void FacetWall::collect(const Vec3& x, double sign, double reach, const Vec3& main,
@@ -212,7 +213,7 @@ void FacetWall::collect(const Vec3& x, double sign, double reach, const Vec3& ma
   const BoxTree& tree = bvh_.tree();
   if (tree.empty()) return;
   const Vec3 local = x - bvh_.origin();
-  const bool front = sign > 0.0 || sign_.any_sheet(), back = sign < 0.0 || sign_.any_sheet();
+  const bool front = sign > 0.0 || !sign_.oriented(), back = sign < 0.0 || !sign_.oriented();
   std::int32_t stack[kTreeStack];
   int depth = 0;
   stack[depth++] = tree.root;

@@ -207,7 +207,8 @@ void SignRule::classify(const Surface& s, const Topology& topo, const std::vecto
         }
       },
       256);
-  any_sheet_ = sheets > 0;
+  oriented_ = std::none_of(mode_.begin(), mode_.end(),
+                           [](std::uint8_t mode) { return mode == kSheet || mode == kWinding; });
   find_nearby(s, topo);
   const std::int64_t submerged = std::count(mode_.begin(), mode_.end(), kSubmerged);
   if (std::find(mode_.begin(), mode_.end(), kWinding) != mode_.end() || submerged > 0)

@@ -24,7 +24,8 @@ class SignRule {
   [[nodiscard]] bool on_wall(Index facet) const {
     return mode_[static_cast<std::size_t>(facet)] != kSubmerged;
   }
-  [[nodiscard]] bool any_sheet() const { return any_sheet_; }
+  /// Every facet of the wall has fluid before it and the body behind it.
+  [[nodiscard]] bool oriented() const { return oriented_; }
   /// Facets that bound the body: all but those wholly inside it.
   [[nodiscard]] const std::vector<Index>& wall() const { return wall_; }
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -47,7 +48,7 @@ class SignRule {
   std::vector<Index> wall_;
   Winding solid_;
   Box<3> solid_box_;
-  bool any_sheet_ = false;
+  bool oriented_ = true;
   std::string name_ = "pseudonormal";
   std::vector<std::string> warnings_;
 };
