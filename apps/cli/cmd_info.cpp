@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "apps/cli/command.h"
-#include "apps/pipeline/json.h"
+#include "apps/pipeline/detail/json.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "mesh/io.h"

@@ -4,7 +4,7 @@
 
 #include "apps/cli/case_flags.h"
 #include "apps/cli/command.h"
-#include "apps/pipeline/json.h"
+#include "apps/pipeline/detail/json.h"
 #include "apps/pipeline/output.h"
 #include "apps/pipeline/pipeline.h"
 #include "core/error.h"

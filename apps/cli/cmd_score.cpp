@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "apps/cli/command.h"
-#include "apps/pipeline/json.h"
+#include "apps/pipeline/detail/json.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "mesh/io.h"

@@ -16,8 +16,8 @@
 #include <limits>
 #include <vector>
 
-#include "apps/pipeline/canvas.h"
-#include "apps/pipeline/color_map.h"
+#include "apps/pipeline/detail/canvas.h"
+#include "apps/pipeline/detail/color_map.h"
 #include "core/error.h"
 #include "mesh/slice.h"
 

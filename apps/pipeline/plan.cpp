@@ -17,7 +17,7 @@
 #include <cmath>
 #include <vector>
 
-#include "apps/pipeline/json.h"
+#include "apps/pipeline/detail/json.h"
 #include "core/parallel.h"
 
 namespace lamina {

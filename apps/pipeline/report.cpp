@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "apps/pipeline/json.h"
+#include "apps/pipeline/detail/json.h"
 
 namespace lamina {
 namespace {

@@ -2,7 +2,8 @@
 // each is turned into a cavity and a point, and the cavity operator decides by one rule: the new worst
 // quality must exceed min(floor, old worst), volumes stay positive, new lengths stay in a window, and
 // boundary vertices stay on their planes. A cavity whose star fails at one facet takes in the cell behind
-// that facet and tries again.
+// that facet and tries again. One exception: the split of an edge longer than 2 may go down to 0.4 of the
+// floor.
 #include "mesh/adapt/operators.h"
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "apps/pipeline/color_map.h"
+#include "apps/pipeline/detail/color_map.h"
 #include "core/error.h"
 #include "tests/mesh/lattice.h"
 #include "tests/mesh/scratch.h"

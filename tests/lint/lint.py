@@ -23,7 +23,7 @@ EXCLUSIVE = (
     (r"(openvdb|nanovdb)/.*", r"(tests/)?vdb/[^/]+\.cpp|(tests/)?vdb/detail/[^/]+\.(h|cpp)",
      "OpenVDB belongs to vdb/*.cpp and vdb/detail/"),
     (r"(tbb|oneapi/tbb)/.*", r"core/parallel\.cpp", "TBB belongs to core/parallel.cpp"),
-    (r"tetgen\.h", r"mesh/seed_tetgen\.cpp", "TetGen belongs to mesh/seed_tetgen.cpp"),
+    (r"tetgen\.h", r"mesh/seed/tetgen\.cpp", "TetGen belongs to mesh/seed/tetgen.cpp"),
 )
 # (pattern of the including file, pattern of the included path, rule in words)
 FORBIDDEN = (

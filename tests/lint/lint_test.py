@@ -33,7 +33,7 @@ class Rules(unittest.TestCase):
             ("core/parallel.cpp", "#include <tbb/parallel_for.h>", 0),
             ("mesh/adapt/a.cpp", "#  include <oneapi/tbb/parallel_for.h>", 1),
             ("mesh/seed.cpp", "#include <tetgen.h>", 1),
-            ("mesh/seed_tetgen.cpp", "#include <tetgen.h>", 0),
+            ("mesh/seed/tetgen.cpp", "#include <tetgen.h>", 0),
         )
         for name, line, count in cases:
             with self.subTest(name=name, line=line):

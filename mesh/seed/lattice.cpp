@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "mesh/seed_detail.h"
+#include "mesh/seed/seed_kinds.h"
 
 namespace lamina {
 namespace {

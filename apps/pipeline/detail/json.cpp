@@ -1,4 +1,4 @@
-#include "apps/pipeline/json.h"
+#include "apps/pipeline/detail/json.h"
 
 #include <fmt/format.h>
 

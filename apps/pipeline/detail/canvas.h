@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "apps/pipeline/color_map.h"
+#include "apps/pipeline/detail/color_map.h"
 #include "core/file.h"
 
 // As cairo.h declares them; it is included by the sources only.

@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "core/predicates.h"
-#include "mesh/seed_detail.h"
+#include "mesh/seed/seed_kinds.h"
 
 #ifdef LAMINA_TETGEN
 #include <tetgen.h>

@@ -1,4 +1,4 @@
-#include "apps/pipeline/canvas.h"
+#include "apps/pipeline/detail/canvas.h"
 
 #include <cairo-pdf.h>
 #include <cairo-svg.h>

@@ -1,4 +1,4 @@
-#include "apps/pipeline/color_map.h"
+#include "apps/pipeline/detail/color_map.h"
 
 #include <algorithm>
 #include <cmath>
