@@ -12,6 +12,6 @@ if [[ "${1:-}" == --slow ]]; then
 fi
 
 ./apps/setup.sh
-cmake --preset release -DLAMINA_TESTS=ON -DLAMINA_WERROR=ON
+cmake --preset release -DLAMINA_TESTS=ON -DLAMINA_BENCH=ON -DLAMINA_WERROR=ON
 cmake --build --preset release -j "$(./apps/jobs.sh)"
 ctest --test-dir build/release --output-on-failure -j "$(nproc)" "${selection[@]}" "$@"
