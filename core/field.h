@@ -25,12 +25,13 @@ struct WallPoint {
   double k1 = 0.0;  ///< principal curvatures of the wall, 1/length, > 0 convex (body bulges to the fluid),
   double k2 = 0.0;  ///< |k1| >= |k2|; 0 where flat; across a sharp edge infinity
   WallFeature feature = WallFeature::kFace;
-  double edge_distance = std::numeric_limits<double>::infinity();  ///< from `closest` to the nearest sharp
-                                                                   ///< convex edge or corner of the wall
+  /// From `closest` to the nearest sharp edge or corner of the wall, convex or concave: near both the frame
+  /// turns within one element.
+  double edge_distance = std::numeric_limits<double>::infinity();
   Vec3 edge_direction =
       Vec3::Zero();         ///< unit tangent of that edge; zero where it is a corner or there is none
   double edge_angle = 0.0;  ///< exterior dihedral angle of that edge, radians in (0, pi]; a sheet's rim: pi
-  double corner_distance = std::numeric_limits<double>::infinity();  ///< from `closest` to the nearest corner
+  double corner_distance = std::numeric_limits<double>::infinity();  ///< the same, to the nearest corner
 };
 
 /// The wall of an immersed body. Thread safe.
@@ -42,7 +43,7 @@ class WallField {
   /// Signed distance alone, the same bits as at(x).phi.
   [[nodiscard]] virtual double phi(const Vec3& x) const = 0;
   /// Other walls seen from x: closest points of wall patches, other than the closest one, that are local
-  /// minima of the distance, no farther than `reach`, and whose direction from x differs by more than 30
+  /// minima of the distance, no farther than `reach`, and whose direction from x differs by more than 10
   /// degrees from the closest one's and from each other's; nearest first, at most out.size(). Returns how
   /// many were written.
   virtual int others(const Vec3& x, const WallPoint& nearest, double reach,

@@ -12,7 +12,7 @@
 namespace lamina::detail {
 namespace {
 
-constexpr double kSeparation = 0.86602540378443865;  // cos 30 degrees
+constexpr double kSeparation = 0.98480775301220806;  // cos 10 degrees
 constexpr float kAnyDirection = -2.0F;
 
 // cos(a + b) for angles in [0, pi] whose sum may exceed pi: then -1.

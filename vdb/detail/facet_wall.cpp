@@ -143,7 +143,7 @@ WallPoint FacetWall::describe(const TriangleHit& hit, double sign) const {
   if (wall.feature == WallFeature::kCorner) {
     wall.edge_distance = wall.corner_distance = 0.0;
     wall.edge_direction.setZero();
-  } else if (wall.feature == WallFeature::kEdge && sign > 0.0) {
+  } else if (wall.feature == WallFeature::kEdge) {
     wall.edge_distance = 0.0;
   }
   return wall;

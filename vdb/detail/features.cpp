@@ -23,31 +23,24 @@ Features::Features(const Surface& surface, const Topology& topology, const SignR
 void Features::gather(const Surface& s, const Topology& topo, const SignRule& sign) {
   std::vector<std::uint8_t> on_wall(s.triangles.size(), 0);
   for (const Index t : sign.wall()) on_wall[static_cast<std::size_t>(t)] = 1;
-  std::vector<std::array<Vec3, 2>> convex, all, corners;
+  std::vector<std::array<Vec3, 2>> edges, corners;
   std::vector<std::uint8_t> vertex_on_wall(s.points.size(), 0);
   for (const Edge& e : topo.edges) {
-    bool wall = false, sheet = false;
-    for (const Index h : topo.half_edges_of(e)) {
-      wall |= on_wall[static_cast<std::size_t>(h / 4)] != 0;
-      sheet |= sign.two_sided(h / 4);
-    }
-    if (!wall) continue;
+    const std::span<const Index> half = topo.half_edges_of(e);
+    if (std::none_of(half.begin(), half.end(),
+                     [&](Index h) { return on_wall[static_cast<std::size_t>(h / 4)] != 0; }))
+      continue;
     vertex_on_wall[static_cast<std::size_t>(e.a)] = vertex_on_wall[static_cast<std::size_t>(e.b)] = 1;
     if (e.kind == EdgeKind::kSmooth) continue;
-    all.push_back({point(s, e.a), point(s, e.b)});
-    if (e.kind == EdgeKind::kConcave && !(sheet && e.regular)) continue;
-    convex.push_back(all.back());
+    edges.push_back({point(s, e.a), point(s, e.b)});
     segments_.push_back({e.a, e.b, std::abs(e.angle)});
   }
   is_corner_.assign(s.points.size(), 0);
   for (std::size_t v = 0; v < s.points.size(); ++v) {
     is_corner_[v] = topo.convex[v].corner || topo.concave[v].corner;
-    if (!topo.convex[v].corner || !vertex_on_wall[v]) continue;
-    corner_vertex_.push_back(static_cast<Index>(v));
-    corners.push_back({s.points[v], s.points[v]});
+    if (is_corner_[v] && vertex_on_wall[v]) corners.push_back({s.points[v], s.points[v]});
   }
-  convex_ = SegmentBvh(convex);
-  all_ = SegmentBvh(all);
+  edges_ = SegmentBvh(edges);
   corners_ = SegmentBvh(corners);
 }
 
@@ -79,7 +72,7 @@ void Features::seed(const Surface& s) {
   nearest_segment_.assign(s.points.size(), kNone);
   nearest_corner_.assign(s.points.size(), kNone);
   for_each_index(s.points.size(), [&](std::size_t v) {
-    nearest_segment_[v] = convex_.closest(s.points[v]).segment;
+    nearest_segment_[v] = edges_.closest(s.points[v]).segment;
     nearest_corner_[v] = corners_.closest(s.points[v]).segment;
   });
 }
@@ -108,7 +101,7 @@ EdgePoint Features::on_edge(const Surface& s, const Topology& topo, Index edge, 
 }
 
 double Features::sharp_distance(const Vec3& x, double limit) const {
-  const SegmentHit hit = all_.closest(x, limit * limit);
+  const SegmentHit hit = edges_.closest(x, limit * limit);
   return hit.segment == kNone ? limit : std::sqrt(hit.d2);
 }
 
@@ -124,8 +117,8 @@ void Features::describe(const Surface& s, Index facet, WallPoint& wall) const {
     return nearer.segment == kNone ? best : nearer;
   };
   if (!corners_.empty()) wall.corner_distance = std::sqrt(search(corners_, nearest_corner_).d2);
-  if (!convex_.empty()) {
-    const SegmentHit hit = search(convex_, nearest_segment_);
+  if (!edges_.empty()) {
+    const SegmentHit hit = search(edges_, nearest_segment_);
     const Segment& e = segments_[static_cast<std::size_t>(hit.segment)];
     wall.edge_distance = std::sqrt(hit.d2);
     wall.edge_angle = e.angle;

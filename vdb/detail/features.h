@@ -41,9 +41,8 @@ class Features {
   void seed(const Surface& surface);
   [[nodiscard]] Vec3 tangent_at(const Surface& surface, Index a, Index b, double t) const;
 
-  std::vector<Segment> segments_;  ///< convex ones
-  SegmentBvh convex_, all_, corners_;
-  std::vector<Index> corner_vertex_;
+  std::vector<Segment> segments_;
+  SegmentBvh edges_, corners_;
   std::vector<std::uint8_t> is_corner_;                  ///< per vertex, of either kind
   std::vector<Vec3> tangent_, curvature_;                ///< per vertex of a sharp curve; zero at corners
   std::vector<Index> nearest_segment_, nearest_corner_;  ///< per vertex: where a search starts
