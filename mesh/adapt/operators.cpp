@@ -410,7 +410,8 @@ bool Operators<D>::repair(Index c, const Rules& rules) {
     if (!mesh_.vertices[a].frozen && smooth(a, rules, kSharp) && mesh_.cells[c].quality > cell.quality)
       return true;
   Rules strict = rules;
-  strict.floor = 1.0;  // min(floor, old worst) is then the old worst: every repair must lift it
+  strict.floor = 1.0;        // min(floor, old worst) is then the old worst: every repair must lift it
+  strict.longest_new = 2.5;  // around a bad cell edges are too long already
   for (const auto& e : kCellEdges<D>) {
     for (const auto& [a, b] : {std::pair{cell.v[e[0]], cell.v[e[1]]}, std::pair{cell.v[e[1]], cell.v[e[0]]}})
       if (may_collapse(a, b, c) && collapse(a, b, strict)) return true;
