@@ -56,9 +56,8 @@ class Spot(Golden):
 
 class Torcs(Golden):
     def test_open_wheel_car(self):
-        # Thicker layers and a close domain: 8.5 million cells are expected where the defaults ask for 41.
-        self.check(self.data("aero/f1_torcs_openwheel.stl"), "--growth", 1.5, "--box2-margin", 0.25, "--domain", -2,
-                   -2, -1, 8, 2, 3)
+        # A close domain: 8.5 million cells are expected where the default one asks for 22.
+        self.check(self.data("aero/f1_torcs_openwheel.stl"), "--box2-margin", 0.3, "--domain", -5, -3, -0.5, 12, 3, 4)
 
 
 class Vdb(Golden):

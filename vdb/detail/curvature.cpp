@@ -5,15 +5,17 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/parallel.h"
 
 namespace lamina::detail {
 namespace {
 
-constexpr double kBroad = 4.0;    // width ratio across a bent edge that makes a facet broad
-constexpr double kBent = 1e-3;    // radians; below, an edge counts as flat
-constexpr double kSliver = 1e-6;  // altitude over longest edge of facets that have no say
+constexpr double kBroad = 4.0;      // width ratio across a bent edge that makes a facet broad
+constexpr double kBent = 1e-3;      // radians; below, an edge counts as flat
+constexpr double kOnePlane = 1e-6;  // radians; between facets of a flat face
+constexpr double kSliver = 1e-6;    // altitude over longest edge of facets that have no say
 constexpr double kBroadAgree =
     0.985;  // cosine; broad facets of one group that disagree more are not flat faces
 
@@ -139,12 +141,50 @@ void spread_broad(const Topology& topo, GroupDraft& g) {
   }
 }
 
-GroupDraft draft_group(const Surface& s, const Topology& topo, std::vector<Index> corners) {
+// Facets of flat faces: those with a vertex around which all lies in one plane, and what goes on in their
+// plane. (Two coplanar facets alone may be a strip of a cylinder.)
+std::vector<std::uint8_t> flat_facets(const Surface& s, const Topology& topo) {
+  std::vector<std::uint8_t> flat(s.triangles.size(), 0);
+  for (std::size_t v = 0; v < s.points.size(); ++v) {
+    const std::span<const Index> star = topo.star_of(static_cast<Index>(v));
+    const auto in_plane = [&](Index corner) {
+      const Vec3& n = topo.normals[static_cast<std::size_t>(corner / 4)];
+      return (n - topo.normals[static_cast<std::size_t>(star[0] / 4)]).norm() < kOnePlane;
+    };
+    if (star.empty() || !std::all_of(star.begin(), star.end(), in_plane)) continue;
+    for (const Index corner : star) flat[static_cast<std::size_t>(corner / 4)] = 1;
+  }
+  std::vector<Index> stack;
+  for (std::size_t t = 0; t < flat.size(); ++t)
+    if (flat[t]) stack.push_back(static_cast<Index>(t));
+  while (!stack.empty()) {
+    const Index facet = stack.back();
+    stack.pop_back();
+    for (const Index id : topo.facet_edges[static_cast<std::size_t>(facet)]) {
+      const Edge& e = topo.edges[static_cast<std::size_t>(id)];
+      if (!e.regular || std::abs(e.angle) >= kOnePlane) continue;
+      const Index other = neighbour(topo, facet, e);
+      if (std::exchange(flat[static_cast<std::size_t>(other)], std::uint8_t{1}) == 0) stack.push_back(other);
+    }
+  }
+  return flat;
+}
+
+GroupDraft draft_group(const Surface& s, const Topology& topo, const std::vector<std::uint8_t>& flat_facet,
+                       std::vector<Index> corners) {
   GroupDraft g;
   g.corners = std::move(corners);
   g.broad.resize(g.corners.size());
-  for (std::size_t i = 0; i < g.corners.size(); ++i)
-    g.broad[i] = is_broad(s, topo, g.corners[i] / 4, g.corners[i] % 4);
+  bool any_flat = false, all_flat = true;
+  for (std::size_t i = 0; i < g.corners.size(); ++i) {
+    g.broad[i] = flat_facet[static_cast<std::size_t>(g.corners[i] / 4)];
+    any_flat |= g.broad[i] != 0;
+    all_flat &= g.broad[i] != 0;
+  }
+  if (all_flat) std::fill(g.broad.begin(), g.broad.end(), 0);
+  if (!any_flat)
+    for (std::size_t i = 0; i < g.corners.size(); ++i)
+      g.broad[i] = is_broad(s, topo, g.corners[i] / 4, g.corners[i] % 4);
   spread_broad(topo, g);
   Vec3 flat = Vec3::Zero();
   double weight = 0.0;
@@ -238,10 +278,11 @@ Mat3 to_matrix(const Sym<3>& s) {
 Curvature estimate_curvature(const Surface& surface, const Topology& topology) {
   Curvature out;
   out.corner_shapes.resize(surface.triangles.size());
+  const std::vector<std::uint8_t> flat = flat_facets(surface, topology);
   std::vector<GroupDraft> drafts;
   for (std::size_t v = 0; v < surface.points.size(); ++v) {
     for (std::vector<Index>& corners : smooth_groups(topology, topology.star_of(static_cast<Index>(v)))) {
-      GroupDraft g = draft_group(surface, topology, std::move(corners));
+      GroupDraft g = draft_group(surface, topology, flat, std::move(corners));
       CornerGroup group;
       group.vertex = static_cast<Index>(v);
       group.facet_width = facet_width(surface, topology, g.corners);

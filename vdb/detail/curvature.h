@@ -1,10 +1,10 @@
 // Smoothed normals and curvature tensors at the corners of facets, and their evaluation anywhere on the wall.
 //
 // A vertex holds one normal per smooth group of facets around it (groups are separated by sharp edges) and
-// one or two shape tensors: one for the broad facets, one for the others. Broad are facets many times wider
-// than their neighbour across a bent edge: a flat face that ends in a finely meshed fillet. It keeps its own
-// normal, which is that of the fillet there as well, and its own (zero) curvature, instead of smearing the
-// fillet's over its whole width.
+// one or two shape tensors: one for the broad facets, one for the others. Broad are the facets of a flat face
+// and, where there are none, those many times wider than their neighbour across a bent edge: a flat face that
+// ends in a finely meshed fillet. It keeps its own normal, which is that of the fillet there as well, and its
+// own (zero) curvature, instead of smearing the fillet's over its whole width.
 #pragma once
 
 #include <array>

@@ -4,7 +4,9 @@
 // blurred values, evaluated at the vertex. It is asked for where the tensor of the triangles scatters from
 // vertex to vertex - noisy scans, fillets of few facets - since on clean triangulations that tensor is the
 // sharper of the two; and it is taken when its kernel sees neither a sharp edge nor another side of the body,
-// the blur is narrow against the radius of curvature, and the field under it is that of a distance.
+// the blur is narrow against the radius of curvature, and the field under it is that of a distance. Next to
+// flat faces the triangles keep the word: no scan has any, and the blur would carry a fillet's curvature into
+// them.
 #include "vdb/detail/stencil_curvature.h"
 
 #include <algorithm>
@@ -50,6 +52,47 @@ bool room_for(const FacetWall& wall, const CornerGroup& g, const Vec3& n, double
   return true;
 }
 
+// Calls visit(facet, shape of the next corner) for the facets around the vertex of a group.
+template <class Visit>
+void visit_facets(const FacetWall& wall, const CornerGroup& g, Visit&& visit) {
+  for (const Index corner : wall.topology().star_of(g.vertex)) {
+    const std::array<Index, 3>& ids = wall.curvature().corner_shapes[static_cast<std::size_t>(corner / 4)];
+    if (ids[static_cast<std::size_t>(corner % 4)] == g.shape)
+      visit(static_cast<std::size_t>(corner / 4),
+            static_cast<std::size_t>(ids[static_cast<std::size_t>((corner % 4 + 1) % 3)]));
+  }
+}
+
+template <class Visit>
+void visit_ring(const FacetWall& wall, const CornerGroup& g, Visit&& visit) {
+  visit_facets(wall, g, [&](std::size_t, std::size_t shape) { visit(shape); });
+}
+
+// Which shapes lie within two rings of a vertex all facets of which lie in one plane.
+std::vector<std::uint8_t> near_flat(const FacetWall& wall) {
+  const Curvature& c = wall.curvature();
+  constexpr double kOnePlane = 1e-6;  // radians
+  std::vector<std::uint8_t> near(c.shapes.size(), 0);
+  for_each_index(c.groups.size(), [&](std::size_t i) {
+    const Vec3* first = nullptr;
+    bool flat = true;
+    visit_facets(wall, c.groups[i], [&](std::size_t facet, std::size_t) {
+      const Vec3& n = wall.topology().normals[facet];
+      if (first == nullptr) first = &n;
+      flat = flat && (n - *first).norm() < kOnePlane;
+    });
+    near[static_cast<std::size_t>(c.groups[i].shape)] = flat;
+  });
+  for (int ring = 0; ring < 2; ++ring) {
+    const std::vector<std::uint8_t> before = near;
+    for_each_index(c.groups.size(), [&](std::size_t i) {
+      const std::size_t self = static_cast<std::size_t>(c.groups[i].shape);
+      visit_ring(wall, c.groups[i], [&](std::size_t j) { near[self] = near[self] | before[j]; });
+    });
+  }
+  return near;
+}
+
 // How far the curvature of each shape is off the mean of its neighbours', relative, averaged over the
 // neighbours.
 std::vector<double> scatter(const FacetWall& wall) {
@@ -62,13 +105,7 @@ std::vector<double> scatter(const FacetWall& wall) {
     const Mat3 m = to_matrix(c.shapes[i].shape);
     own[i] = {m.trace(), size_of(m)};
   }
-  const auto over_ring = [&](const CornerGroup& g, auto&& visit) {
-    for (const Index corner : wall.topology().star_of(g.vertex)) {
-      const std::array<Index, 3>& ids = c.corner_shapes[static_cast<std::size_t>(corner / 4)];
-      if (ids[static_cast<std::size_t>(corner % 4)] == g.shape)
-        visit(static_cast<std::size_t>(ids[static_cast<std::size_t>((corner % 4 + 1) % 3)]));
-    }
-  };
+  const auto over_ring = [&](const CornerGroup& g, auto&& visit) { visit_ring(wall, g, visit); };
   std::vector<double> first(c.shapes.size(), 0.0), second(c.shapes.size(), 0.0);
   for_each_index(c.groups.size(), [&](std::size_t i) {
     const std::size_t self = static_cast<std::size_t>(c.groups[i].shape);
@@ -100,13 +137,15 @@ std::vector<double> scatter(const FacetWall& wall) {
 std::vector<Vertex> candidates(const FacetWall& wall, double voxel) {
   const Curvature& c = wall.curvature();
   const std::vector<double> rough = scatter(wall);
+  const std::vector<std::uint8_t> flat = near_flat(wall);
   std::vector<Vertex> all(c.groups.size());
   for_each_index(
       all.size(),
       [&](std::size_t i) {
         const CornerGroup& g = c.groups[i];
         all[i].group = kNone;
-        if (rough[static_cast<std::size_t>(g.shape)] < kScatter) return;
+        if (rough[static_cast<std::size_t>(g.shape)] < kScatter || flat[static_cast<std::size_t>(g.shape)])
+          return;
         if (!(g.facet_width > 0.0) || g.broad_shape != kNone || g.facet_width > kCoarsest * voxel * 8.0)
           return;
         for (const Index corner : wall.topology().star_of(g.vertex))
