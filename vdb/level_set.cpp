@@ -105,6 +105,11 @@ LevelSet LevelSet::from_surface(Surface surface, const LevelSetOptions& options,
   report.worst_polish_vox = polish.worst;
   report.active_voxels = impl->grid.active_voxels();
   report.grid_bytes = impl->grid.bytes();
+  if (detail::stored_scale(report.voxel) != 1.0)
+    report.warnings.push_back(fmt::format(
+        "voxels of {:.3g} are too small for OpenVDB: a .vdb is written {:g} times larger, which its "
+        "metadata {} says",
+        report.voxel, detail::stored_scale(report.voxel), detail::kScaleMetadata));
   if (progress != nullptr) progress->check_cancelled();
   detail::refine_by_stencils(*wall, impl->grid, options.half_width_vox, progress);
   impl->wall = std::move(wall);

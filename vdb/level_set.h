@@ -68,7 +68,8 @@ class LevelSet : public WallField {
   [[nodiscard]] const LevelSetReport& report() const;
 
   /// Writes `surface` (level set), `N`, `T1` and `k` (k1, k2, 0) on the same narrow band: float32, blosc,
-  /// metadata; atomically. Errors: kFileWrite.
+  /// metadata; atomically. Lengths are larger by metadata lamina:scale where there is one: OpenVDB takes no
+  /// voxels below 1.4e-5. from_vdb() undoes it. Errors: kFileWrite.
   void write(const std::filesystem::path& path) const;
 
  private:

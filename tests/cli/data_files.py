@@ -140,10 +140,7 @@ MADE = {
     "two_spheres_overlap.stl": (WARN, SHELLS),
 }
 
-UNMET = {
-    "cube_tiny_1e-9.stl": "the grid's transform is refused as singular: exit 1 instead of a level set",
-    "openusd_smoke_empty.vdb": "the grids are listed with the advice to name one, not said to be empty",
-}
+UNMET = {}
 
 
 def bounded():

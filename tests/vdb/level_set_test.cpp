@@ -183,6 +183,25 @@ TEST(LevelSet, WriteAndReadBack) {
   fs::remove_all(path.parent_path());
 }
 
+TEST(LevelSet, WritesBodiesTooSmallForOpenVdb) {
+  const fs::path path = scratch("tiny.vdb"), usual = scratch("usual.vdb");
+  LevelSet::from_surface(sphere(0.5, 4), {}).write(usual);
+  const LevelSet large = LevelSet::from_vdb(usual, {});
+  Surface tiny = sphere(0.5, 4);
+  for (Vec3& p : tiny.points) p *= 1e-9;
+  const LevelSet ls = LevelSet::from_surface(tiny, {});
+  EXPECT_NE(ls.report().warnings.back().find("lamina:scale"), std::string::npos);
+  ls.write(path);
+  EXPECT_GT(vdb_info(path).front().voxel, 1.4e-5);
+  const LevelSet back = LevelSet::from_vdb(path, {});
+  for (const double r : {0.3e-9, 0.49e-9, 0.53e-9}) {
+    const WallPoint w = back.at({0.0, r, 0.0});
+    EXPECT_NEAR(w.phi, ls.phi({0.0, r, 0.0}), 2e-12);
+    EXPECT_NEAR(w.k1 * 1e-9, large.at({0.0, 1e9 * r, 0.0}).k1, 1e-3 * std::abs(w.k1 * 1e-9));
+  }
+  fs::remove_all(path.parent_path());
+}
+
 TEST(LevelSet, WriteFailsCleanly) {
   const LevelSet ls = LevelSet::from_surface(sphere(0.5, 4), coarse());
   message_of(ErrorCode::kFileWrite, [&] { ls.write("/nonexistent-folder/x.vdb"); });

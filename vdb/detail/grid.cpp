@@ -191,16 +191,26 @@ class CheckedArchive : public openvdb::io::Archive {
 
 }  // namespace
 
+double stored_scale(double voxel) {
+  constexpr double kSmallest = 2e-5;
+  double scale = 1.0;
+  while (voxel * scale < kSmallest) scale *= 1000.0;
+  return scale;
+}
+
 void BandGrid::write(const std::filesystem::path& path, FunctionRef<WallPoint(const Vec3&)> at) const {
   using openvdb::Vec3SGrid;
   using openvdb::Vec3STree;
   OutputFile file(path);
-  const auto surface = dress<openvdb::FloatGrid>(impl_->grid->deepCopy(), "surface", lattice_);
-  const float unit = static_cast<float>(unit_);
+  const double scale = stored_scale(unit_);
+  const Lattice stored{scale * lattice_.A, scale * lattice_.origin};
+  const auto surface = dress<openvdb::FloatGrid>(impl_->grid->deepCopy(), "surface", stored);
+  if (scale != 1.0) surface->insertMeta(kScaleMetadata, openvdb::DoubleMetadata(scale));
+  const float unit = static_cast<float>(scale * unit_);
   const auto frame_grid = [&](const char* name) {
     const auto tree =
         std::make_shared<Vec3STree>(surface->constTree(), openvdb::Vec3s(0.0F), openvdb::TopologyCopy());
-    return dress<Vec3SGrid>(Vec3SGrid::create(tree), name, lattice_);
+    return dress<Vec3SGrid>(Vec3SGrid::create(tree), name, stored);
   };
   const Vec3SGrid::Ptr frames[3] = {frame_grid("N"), frame_grid("T1"), frame_grid("k")};
   frames[0]->setVectorType(openvdb::VEC_COVARIANT_NORMALIZE);
@@ -218,8 +228,9 @@ void BandGrid::write(const std::filesystem::path& path, FunctionRef<WallPoint(co
           const WallPoint w = at(world_of(lattice_, it.getCoord()));
           n[i]->setValueOnly(it.pos(), to_vdb(w.N));
           t[i]->setValueOnly(it.pos(), to_vdb(w.T1));
-          k[i]->setValueOnly(it.pos(),
-                             to_vdb({std::clamp(w.k1, -limit, limit), std::clamp(w.k2, -limit, limit), 0.0}));
+          k[i]->setValueOnly(
+              it.pos(),
+              to_vdb(Vec3(std::clamp(w.k1, -limit, limit), std::clamp(w.k2, -limit, limit), 0.0) / scale));
         }
       },
       8);

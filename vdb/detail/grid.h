@@ -50,7 +50,7 @@ class BandGrid {
   [[nodiscard]] std::int64_t active_voxels() const;
   [[nodiscard]] double bytes() const;
 
-  /// Grids surface (world units), N, T1, k. Errors: kFileWrite.
+  /// Grids surface (world units), N, T1, k, all lengths times stored_scale(voxel()). Errors: kFileWrite.
   void write(const std::filesystem::path& path, FunctionRef<WallPoint(const Vec3&)> at) const;
 
  private:
@@ -62,6 +62,11 @@ class BandGrid {
 
 inline constexpr double kGaussianSigma = 1.633;   ///< voxels: four box passes of width three
 inline constexpr double kPolishTolerance = 1e-3;  ///< voxels
+
+/// OpenVDB takes no transform of voxels below about 1.4e-5. What is stored is as many times larger, a power
+/// of 1000, and the grids say so under this name.
+double stored_scale(double voxel);
+inline constexpr const char* kScaleMetadata = "lamina:scale";
 
 /// Bytes that building the band of a surface takes at its peak.
 double band_bytes(double area, double voxel, double half_width_vox);

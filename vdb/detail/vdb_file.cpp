@@ -191,6 +191,8 @@ template <class GridT>
 std::pair<double, double> orientation(const GridT& grid, const Source& from) {
   const auto [lo, hi] = value_range(grid);
   if (!std::isfinite(lo)) refuse(from.path, from.name, "holds values that are not finite");
+  if (lo == hi)
+    refuse(from.path, from.name, fmt::format("holds nothing but the value {:g}: there is no wall", lo));
   const bool level_set = grid.getGridClass() == openvdb::GRID_LEVEL_SET;
   if (from.options.iso && !level_set) {
     const double iso = *from.options.iso;
@@ -257,6 +259,10 @@ void add_range(const GridBase& grid, VdbGridInfo& info) {
 detail::LoadedGrid detail::load_grid(const std::filesystem::path& path, const LevelSetOptions& options,
                                      double scale) {
   const std::vector<NamedGrid> grids = read_all(path);
+  if (!grids.empty() && std::all_of(grids.begin(), grids.end(),
+                                    [](const NamedGrid& g) { return g.grid->activeVoxelCount() == 0; }))
+    throw Error(ErrorCode::kLevelSetGrid, fmt::format("{}: every grid is empty, without an active voxel: {}",
+                                                      path.string(), list_grids(grids)));
   const NamedGrid& chosen = choose(grids, path, options);
   const Source from{path, chosen.name, options};
   const GridBase& grid = *chosen.grid;
@@ -268,6 +274,12 @@ detail::LoadedGrid detail::load_grid(const std::filesystem::path& path, const Le
   if (!grid.transform().isLinear())
     refuse(path, chosen.name, "has a frustum transform: resample it to straight voxels");
   if (grid.activeVoxelCount() == 0) refuse(path, chosen.name, "is empty: it has no active voxels");
+  if (const auto stored = grid.getMetadata<openvdb::DoubleMetadata>(kScaleMetadata)) {
+    if (!(stored->value() >= 1.0))
+      refuse(path, chosen.name,
+             fmt::format("has {} = {:g}: it must be at least 1", kScaleMetadata, stored->value()));
+    scale /= stored->value();
+  }
   if (is_float) return convert(static_cast<const openvdb::FloatGrid&>(grid), from, scale);
   return convert(static_cast<const openvdb::DoubleGrid&>(grid), from, scale);
 }
