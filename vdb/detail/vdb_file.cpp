@@ -1,12 +1,21 @@
 // Reading grids of others. Everything OpenVDB throws is turned into one line that names the file and the
-// remedy.
+// remedy. What it does not throw - OpenVDB 10 trusts the lengths in a damaged file and may write past its
+// buffers - is met by a first reading in a process of its own.
 #include <fmt/format.h>
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/VolumeToMesh.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <new>
 
 #include "core/error.h"
 #include "vdb/detail/grid.h"
@@ -23,18 +32,76 @@ struct NamedGrid {
   GridBase::Ptr grid;
 };
 
+std::vector<NamedGrid> read_grids(const std::filesystem::path& path) {
+  std::vector<NamedGrid> out;
+  openvdb::io::File file(path.string());
+  file.open(false);  // no delayed loading: it keeps the file mapped and is slower to read
+  for (auto it = file.beginName(); it != file.endName(); ++it)
+    out.push_back({it.gridName(), file.readGrid(it.gridName())});
+  return out;
+}
+
+constexpr int kTooLarge = 3;  // exit code of the child
+
+// Virtual memory of this process, bytes.
+double virtual_bytes() {
+  std::ifstream statm("/proc/self/statm");
+  double pages = 0.0;
+  statm >> pages;
+  return pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+template <class Resource>
+void limit(Resource what, double most) {
+  const rlimit value{static_cast<rlim_t>(most), static_cast<rlim_t>(most)};
+  setrlimit(what, &value);
+}
+
+[[noreturn]] void read_and_exit(const std::filesystem::path& path, double file_bytes) {
+  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU}) std::signal(signal, SIG_DFL);
+  // Far more than any sound file takes: grids of one value compress a thousandfold.
+  limit(RLIMIT_CORE, 0.0);
+  limit(RLIMIT_CPU, 10.0 + 1e-6 * file_bytes);
+#ifndef __SANITIZE_ADDRESS__  // its shadow memory takes terabytes of addresses
+  limit(RLIMIT_AS, virtual_bytes() + 1e9 + 1e3 * file_bytes);
+#endif
+  if (std::freopen("/dev/null", "w", stderr) == nullptr) _exit(0);
+  try {
+    read_grids(path);
+  } catch (const std::bad_alloc&) {
+    _exit(kTooLarge);
+  } catch (...) {  // NOLINT: the parent reads again and tells what was thrown
+  }
+  _exit(0);
+}
+
+// A damaged file ends the child, not the program.
+void try_in_child(const std::filesystem::path& path) {
+  const double file_bytes = static_cast<double>(std::filesystem::file_size(path));
+  const pid_t child = fork();
+  if (child < 0) return;  // no process to spare: read at the caller's risk
+  if (child == 0) read_and_exit(path, file_bytes);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0)
+    if (errno != EINTR) return;
+  const bool too_large = WIFEXITED(status) && WEXITSTATUS(status) == kTooLarge;
+  if (WIFSIGNALED(status) || too_large)
+    throw Error(ErrorCode::kFileFormat,
+                fmt::format("{}: damaged: {}: write or copy it again", path.string(),
+                            too_large ? "its content claims more memory than such a file can hold"
+                                      : "OpenVDB does not survive reading it"));
+}
+
 std::vector<NamedGrid> read_all(const std::filesystem::path& path) {
   namespace fs = std::filesystem;
   if (!fs::exists(path)) throw Error(ErrorCode::kFileMissing, path.string() + ": no such file");
   if (!fs::is_regular_file(path))
     throw Error(ErrorCode::kFileMissing, path.string() + ": not a regular file");
   openvdb::initialize();
+  try_in_child(path);
   std::vector<NamedGrid> out;
   try {
-    openvdb::io::File file(path.string());
-    file.open(false);  // no delayed loading: it keeps the file mapped and is slower to read
-    for (auto it = file.beginName(); it != file.endName(); ++it)
-      out.push_back({it.gridName(), file.readGrid(it.gridName())});
+    out = read_grids(path);
   } catch (const std::exception& e) {
     throw Error(ErrorCode::kFileFormat,
                 fmt::format("{}: not readable as OpenVDB ({}): is it truncated or another format?",
