@@ -89,8 +89,8 @@ LevelSet LevelSet::from_surface(Surface surface, const LevelSetOptions& options,
     throw Error(ErrorCode::kSurfaceEmpty, "level set: the surface has no triangles");
   auto impl = std::make_unique<Impl>();
   LevelSetReport& report = impl->report;
-  auto wall = std::make_unique<detail::FacetWall>(std::move(surface),
-                                                  options.feature_angle_degrees * std::numbers::pi / 180.0);
+  auto wall = std::make_unique<detail::FacetWall>(
+      std::move(surface), options.feature_angle_degrees * std::numbers::pi / 180.0, options.sheets);
   report.sharp_edges = wall->topology().sharp_edges;
   report.corners = wall->topology().corners;
   report.sign_rule = wall->sign_rule().name();
@@ -119,6 +119,9 @@ LevelSet LevelSet::from_surface(Surface surface, const LevelSetOptions& options,
 LevelSet LevelSet::from_vdb(const std::filesystem::path& path, const LevelSetOptions& options, double scale,
                             Progress* progress) {
   check_options(options);
+  if (options.sheets)
+    throw Error(ErrorCode::kParameter,
+                fmt::format("{}: --sheet is for surfaces: a level set has no open shells", path.string()));
   if (!(scale > 0.0) || !std::isfinite(scale))
     throw Error(ErrorCode::kParameter, fmt::format("level set: scale = {:g} is not in (0, inf)", scale));
   auto impl = std::make_unique<Impl>();

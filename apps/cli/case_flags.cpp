@@ -16,6 +16,8 @@ std::string described(const CaseOption& o) {
 
 std::string value_name(const CaseOption& o) {
   switch (o.type) {
+    case OptionType::kFlag:
+      return "";
     case OptionType::kInteger:
       return "N";
     case OptionType::kReal:
@@ -41,11 +43,16 @@ CaseFlags::CaseFlags(CLI::App& app, const std::vector<std::string>& tables) {
   for (Words& w : words_) {
     const CaseOption& o = *w.option;
     const bool positional = o.flags.front() != '-';
-    w.flag = app.add_option(o.flags, w.words, described(o));
-    w.flag->type_size(o.type == OptionType::kReals ? o.count : 1);
-    w.flag->expected(1);
-    w.flag->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    w.flag->type_name(positional ? "" : value_name(o));
+    if (o.type == OptionType::kFlag) {
+      w.flag = app.add_flag_callback(
+          o.flags, [] {}, described(o));  // its count is all there is to it
+    } else {
+      w.flag = app.add_option(o.flags, w.words, described(o));
+      w.flag->type_size(o.type == OptionType::kReals ? o.count : 1);
+      w.flag->expected(1);
+      w.flag->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      w.flag->type_name(positional ? "" : value_name(o));
+    }
     if (positional) continue;
     const auto& names = case_tables();
     const auto table =

@@ -19,6 +19,8 @@ namespace {
 
 std::string wanted(const CaseOption& o) {
   switch (o.type) {
+    case OptionType::kFlag:
+      return "true or false";
     case OptionType::kInteger:
       return "a whole number";
     case OptionType::kReal:
@@ -101,6 +103,9 @@ std::string text_of(const toml::value& v, const std::string& where, const CaseOp
 
 OptionValue value_of(const toml::value& v, const CaseOption& o, const std::string& where) {
   switch (o.type) {
+    case OptionType::kFlag:
+      if (!v.is_boolean()) reject(fmt::format("{}: must be {}, not {}", where, wanted(o), kind(v)));
+      return v.as_boolean();
     case OptionType::kInteger:
       if (!v.is_integer()) reject(fmt::format("{}: must be {}, not {}", where, wanted(o), kind(v)));
       return std::int64_t{v.as_integer()};
@@ -211,6 +216,7 @@ std::string quoted(const std::string& text) {
 }
 
 struct TomlText {
+  std::string operator()(bool v) const { return v ? "true" : "false"; }
   std::string operator()(std::int64_t v) const { return std::to_string(v); }
   std::string operator()(double v) const {
     std::string s = shortest(v);
@@ -312,11 +318,14 @@ OptionValue parse_option(const CaseOption& option, const std::vector<std::string
     if (!value) reject(fmt::format("{} {}: must be {}", where, join(words, " "), wanted(option)));
     return *value;
   };
+  if (option.type == OptionType::kFlag) return true;  // a flag has no words
   const auto count = static_cast<int>(words.size());
   const int needed = option.type == OptionType::kTexts ? count : option.count;
   if (count == 0 || count != needed)
     reject(fmt::format("{} needs {}, {} given", where, wanted(option), count));
   switch (option.type) {
+    case OptionType::kFlag:
+      break;
     case OptionType::kInteger: {
       const double value = number(words[0]);
       if (value != std::floor(value) || std::abs(value) > 9e15)

@@ -70,8 +70,8 @@ struct ResolvedCase {
 };
 
 using OptionValue =
-    std::variant<std::int64_t, double, std::string, std::vector<double>, std::vector<std::string>>;
-enum class OptionType { kInteger, kReal, kText, kChoice, kReals, kTexts };
+    std::variant<bool, std::int64_t, double, std::string, std::vector<double>, std::vector<std::string>>;
+enum class OptionType { kFlag, kInteger, kReal, kText, kChoice, kReals, kTexts };
 
 /// One option of a case.
 struct CaseOption {

@@ -13,6 +13,7 @@ using Path = std::filesystem::path;
 using std::optional;
 
 // Members of a Case and the values of options, one pair of functions per type of member.
+OptionValue fetch(bool m) { return m; }
 OptionValue fetch(double m) { return m; }
 OptionValue fetch(int m) { return std::int64_t{m}; }
 OptionValue fetch(const std::string& m) { return m; }
@@ -28,6 +29,7 @@ OptionValue fetch(const std::vector<Path>& m) {
   return v;
 }
 
+void assign(bool& m, const OptionValue& v) { m = std::get<bool>(v); }
 void assign(double& m, const OptionValue& v) { m = std::get<double>(v); }
 void assign(int& m, const OptionValue& v) { m = static_cast<int>(std::get<std::int64_t>(v)); }
 void assign(std::string& m, const OptionValue& v) { m = std::get<std::string>(v); }
@@ -149,6 +151,11 @@ void add_body(Options& o) {
                                "leaves them as they are)"),
                           {"m", "mm", "cm", "in", "ft"}),
                    [](Case& c) -> LengthUnit& { return c.unit; }));
+  o.push_back(bind(typed(real("body", "sheet", "--sheet", "",
+                              "sheets are told from solids with holes by their winding number",
+                              "every open shell of a surface is a two-sided wall of no thickness"),
+                         OptionType::kFlag),
+                   [](Case& c) -> bool& { return c.level_set.sheets; }));
   o.push_back(bind(typed(real("body", "grid", "--grid", "", "the only level set, else \"surface\"",
                               "name of the grid of a .vdb body"),
                          OptionType::kText),

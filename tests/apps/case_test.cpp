@@ -64,6 +64,7 @@ Case unusual_case() {
   c.growth_inside = 1.7;
   c.level_set.voxel = 0.004;
   c.level_set.max_memory = 1e9;
+  c.level_set.sheets = true;
   c.level_set.grid = "ls";
   c.level_set.iso = -0.25;
   c.seed = SeedKind::kLattice;

@@ -70,7 +70,8 @@ TEST(Sign, HoleDoesNotLoseTheInside) {
 TEST(Sign, SheetsAreTwoSided) {
   const FacetWall wall(box({0, 0, -1}, {1, 1, 0}, 32), kAngle);  // the face z = 0 alone
   EXPECT_TRUE(wall.sign_rule().two_sided(0));
-  ASSERT_EQ(wall.sign_rule().warnings().size(), 1U);
+  ASSERT_EQ(wall.sign_rule().warnings().size(), 2U);
+  EXPECT_NE(wall.sign_rule().warnings()[1].find("nowhere negative"), std::string::npos);
   for (const double z : {0.3, 1e-6, -1e-6, -0.3}) {
     const WallPoint w = wall.at({0.4, 0.4, z});
     EXPECT_DOUBLE_EQ(w.phi, std::abs(z));
@@ -80,6 +81,21 @@ TEST(Sign, SheetsAreTwoSided) {
   EXPECT_EQ(rim.feature, WallFeature::kEdge);
   EXPECT_NEAR(rim.edge_angle, std::numbers::pi, 1e-12);
   EXPECT_LT((rim.N - Vec3(0.6, 0, 0.8)).norm(), 1e-12);
+}
+
+TEST(Sign, OpenShellsAreSheetsWhereAsked) {
+  const Surface bowl = sphere(1.0, 16, Vec3::Zero(), [](const Vec3& c) { return c[2] < 0.97; });
+  EXPECT_LT(FacetWall(bowl, kAngle).phi({0.0, 0.0, 0.2}), 0.0);
+  const FacetWall sheet(bowl, kAngle, true);
+  for (const double x : {0.2, 0.9, 1.1}) {
+    const WallPoint w = sheet.at({x, 0.0, 0.0});
+    EXPECT_NEAR(w.phi, std::abs(x - 1.0), 0.01);
+    EXPECT_GT(w.N[0] * (x - 1.0), 0.0);  // away from the wall on either side
+  }
+  const FacetWall closed(sphere(1.0, 8), kAngle, true);
+  EXPECT_LT(closed.phi({0.0, 0.0, 0.2}), 0.0);
+  ASSERT_EQ(closed.sign_rule().warnings().size(), 1U);
+  EXPECT_NE(closed.sign_rule().warnings()[0].find("--sheet"), std::string::npos);
 }
 
 TEST(Sign, FinOnABodyKeepsTheBodySolid) {

@@ -15,12 +15,12 @@ constexpr double kTiny = 1e-11;  // of the bounding box's diagonal
 
 }  // namespace
 
-FacetWall::FacetWall(Surface surface, double feature_angle)
+FacetWall::FacetWall(Surface surface, double feature_angle, bool sheets)
     : surface_(std::move(surface)),
       bounds_(surface_.bounds()),
       tiny_(kTiny * bounds_.diagonal()),
       topology_(make_topology(surface_, feature_angle)),
-      sign_(surface_, topology_),
+      sign_(surface_, topology_, sheets),
       bvh_(surface_.points, surface_.triangles, sign_.wall()),
       features_(surface_, topology_, sign_),
       curvature_(estimate_curvature(surface_, topology_)) {

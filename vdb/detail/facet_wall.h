@@ -13,8 +13,9 @@ namespace lamina::detail {
 
 class FacetWall : public WallField {
  public:
-  /// `feature_angle` in radians. REQUIRES a cleaned surface with at least one triangle.
-  FacetWall(Surface surface, double feature_angle);
+  /// `feature_angle` in radians; `sheets` as in SignRule. REQUIRES a cleaned surface with at least one
+  /// triangle.
+  FacetWall(Surface surface, double feature_angle, bool sheets = false);
 
   [[nodiscard]] WallPoint at(const Vec3& x) const override;
   [[nodiscard]] double phi(const Vec3& x) const override;

@@ -16,7 +16,8 @@
 namespace lamina::detail {
 namespace {
 
-constexpr double kSheetShare = 0.3;    // mean distance of the winding number from integers that makes a sheet
+constexpr double kSheetShare = 0.3;  // mean distance of the winding number from integers that makes a sheet
+constexpr const char* kNoSheet = "--sheet: no shell is open, so it changes nothing";
 constexpr double kNearbyShare = 0.25;  // of the distance to the nearest rim
 constexpr double kClear = 0.25;        // a winding number this close to an integer is that integer
 
@@ -176,9 +177,10 @@ std::vector<std::uint8_t> SignRule::find_sheets(const Surface& s, const Topology
   return sheet;
 }
 
-void SignRule::classify(const Surface& s, const Topology& topo, const std::vector<std::uint8_t>& crossing) {
+void SignRule::classify(const Surface& s, const Topology& topo, const std::vector<std::uint8_t>& crossing,
+                        bool sheets_asked) {
   const std::vector<std::uint8_t> open = open_shells(topo);
-  const std::vector<std::uint8_t> sheet = find_sheets(s, topo, open);
+  const std::vector<std::uint8_t> sheet = sheets_asked ? open : find_sheets(s, topo, open);
   std::vector<Index> solid;
   for (std::size_t t = 0; t < mode_.size(); ++t) {
     if (sheet[static_cast<std::size_t>(topo.shell[t])]) continue;
@@ -188,7 +190,10 @@ void SignRule::classify(const Surface& s, const Topology& topo, const std::vecto
   const std::int64_t sheets = std::count(sheet.begin(), sheet.end(), 1);
   const std::int64_t holes = std::count(open.begin(), open.end(), 1) - sheets;
   const bool crossed = std::find(crossing.begin(), crossing.end(), 1) != crossing.end();
-  if (topo.shells == 1 && !open[0] && !crossed) return;  // one clean shell: pseudonormals all over
+  if (topo.shells == 1 && !open[0] && !crossed) {  // one clean shell: pseudonormals all over
+    if (sheets_asked) warnings_.push_back(kNoSheet);
+    return;
+  }
   solid_ = Winding(s.points, s.triangles, solid);
   const double scale = s.bounds().diagonal();
   for_each_index(
@@ -217,6 +222,10 @@ void SignRule::classify(const Surface& s, const Topology& topo, const std::vecto
     warnings_.push_back(fmt::format(
         "{} of {} shells have holes: inside is where the winding number exceeds 1/2", holes, topo.shells));
   if (sheets > 0) warnings_.push_back(fmt::format("{} open shells are taken as two-sided sheets", sheets));
+  if (sheets == topo.shells)
+    warnings_.push_back(
+        "nothing but sheets: the distance is nowhere negative, and other programs see no wall in it");
+  if (sheets_asked && sheets == 0) warnings_.push_back(kNoSheet);
   if (crossed) {
     warnings_.push_back(
         fmt::format("{} facets cross others: their union is meshed, {} facets inside it are left out",
@@ -270,9 +279,9 @@ void SignRule::spread_modes(const Surface& s, const Topology& topo) {
   });
 }
 
-SignRule::SignRule(const Surface& surface, const Topology& topology)
+SignRule::SignRule(const Surface& surface, const Topology& topology, bool sheets)
     : mode_(surface.triangles.size(), kPseudonormal) {
-  classify(surface, topology, crossing_facets(surface));
+  classify(surface, topology, crossing_facets(surface), sheets);
   spread_modes(surface, topology);
   for (std::size_t t = 0; t < mode_.size(); ++t)
     if (mode_[t] != kSubmerged) wall_.push_back(static_cast<Index>(t));

@@ -13,7 +13,8 @@ namespace lamina::detail {
 
 class SignRule {
  public:
-  SignRule(const Surface& surface, const Topology& topology);
+  /// With `sheets` every open shell is a sheet, without it those that enclose nothing.
+  SignRule(const Surface& surface, const Topology& topology, bool sheets = false);
   SignRule() = default;
 
   /// -1 when x, whose closest point is `hit`, lies inside the body, else +1.
@@ -33,7 +34,8 @@ class SignRule {
 
  private:
   enum Mode : std::uint8_t { kPseudonormal, kNearby, kWinding, kSheet, kSubmerged };
-  void classify(const Surface& surface, const Topology& topology, const std::vector<std::uint8_t>& crossing);
+  void classify(const Surface& surface, const Topology& topology, const std::vector<std::uint8_t>& crossing,
+                bool sheets);
   std::vector<std::uint8_t> find_sheets(const Surface& surface, const Topology& topology,
                                         const std::vector<std::uint8_t>& open) const;
   void find_nearby(const Surface& surface, const Topology& topology);
