@@ -339,7 +339,7 @@ bool Operators<D>::improves_ball(Index a, const Vertex& p, double floor, double 
     }
     const double q = mesh_.quality(w);
     sum += badness(q, 2 * power);
-    if (q <= floor || sum >= limit) return false;
+    if (!(q > floor) || sum >= limit) return false;
     qualities_.push_back(q);
   }
   return true;
