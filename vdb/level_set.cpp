@@ -119,9 +119,6 @@ LevelSet LevelSet::from_surface(Surface surface, const LevelSetOptions& options,
 LevelSet LevelSet::from_vdb(const std::filesystem::path& path, const LevelSetOptions& options, double scale,
                             Progress* progress) {
   check_options(options);
-  if (options.sheets)
-    throw Error(ErrorCode::kParameter,
-                fmt::format("{}: --sheet is for surfaces: a level set has no open shells", path.string()));
   if (!(scale > 0.0) || !std::isfinite(scale))
     throw Error(ErrorCode::kParameter, fmt::format("level set: scale = {:g} is not in (0, inf)", scale));
   auto impl = std::make_unique<Impl>();

@@ -19,8 +19,8 @@ struct LevelSetOptions {
   double half_width_vox = 6.0;  ///< half width of the band in voxels, >= 3
   double max_memory = 2e9;      ///< bytes the grids may take; exceeded by an explicit voxel: kLevelSetBudget
   double feature_angle_degrees = 40.0;  ///< edges with a larger exterior dihedral angle are sharp
-  bool sheets = false;  ///< every open shell is a two-sided wall of no thickness, none a solid with holes
-  std::string grid;     ///< .vdb input: name of the grid; empty: the only level set, else "surface"
+  bool sheets = false;                  ///< surfaces: every open shell is a two-sided wall of no thickness
+  std::string grid;           ///< .vdb input: name of the grid; empty: the only level set, else "surface"
   std::optional<double> iso;  ///< .vdb input of fog class: iso value of the wall
 };
 

@@ -223,22 +223,38 @@ void write_outputs(const Mesh<3>& mesh, const std::vector<Metric<3>>& metric, co
   stages.check_cancelled();
 }
 
+/// Options of one kind of body given with the other are refused: ignoring them would hide a mistake.
+void check_kind(const Case& c, bool from_vdb) {
+  const auto refuse = [&](bool given, const char* option, const char* why) {
+    if (given) throw Error(ErrorCode::kUsage, fmt::format("{}: {} {}", c.body.string(), option, why));
+  };
+  const LevelSetOptions& o = c.level_set;
+  if (from_vdb) {
+    refuse(o.voxel > 0.0, "--voxel", "is for surfaces: a .vdb body keeps its own voxels");
+    refuse(o.sheets, "--sheet", "is for surfaces: a level set has no open shells");
+  } else {
+    refuse(!o.grid.empty(), "--grid", "is for .vdb bodies: a surface has no grids");
+    refuse(o.iso.has_value(), "--iso", "is for .vdb bodies: a surface is its own wall");
+  }
+}
+
 }  // namespace
 
 Body load_body(const Case& c, Progress* progress) {
   if (c.body.empty())
     throw Error(ErrorCode::kUsage, "no body is given: name a .stl, .obj, .ply or .vdb file");
   const double scale = unit_scale(c.unit);
-  if (lower_extension(c.body) == ".vdb") {
+  const bool from_vdb = lower_extension(c.body) == ".vdb";
+  { const MappedFile exists(c.body); }  // a missing file or a folder is the better message
+  check_kind(c, from_vdb);
+  if (from_vdb) {
     return {.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress),
             .surface = {},
             .from_vdb = true};
   }
-  if (!is_surface_file(c.body)) {
-    const MappedFile exists(c.body);  // a missing file or a folder is the better message
+  if (!is_surface_file(c.body))
     throw Error(ErrorCode::kFileUnsupported,
                 fmt::format("{}: not a body; bodies are .stl, .obj, .ply and .vdb files", c.body.string()));
-  }
   std::vector<std::string> warnings;
   Surface surface = read_surface(c.body, warnings);
   if (scale != 1.0)

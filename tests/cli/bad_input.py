@@ -103,6 +103,15 @@ class BadInput(Case):
             with self.subTest(flag=flag, value=value):
                 self.refuse_mesh(f"{flag}={value}", needles=(flag, (value, "2000000000")))
 
+    def test_options_of_the_other_kind_of_body(self):
+        self.refuse_mesh("--grid", "surface", needles=("--grid", ".vdb"))
+        self.refuse_mesh("--iso", 0.5, needles=("--iso", ".vdb"))
+        grid = self.dir / "other.vdb"
+        self.run_ok("levelset", self.sphere, "-o", grid)
+        for words in (("--voxel", 0.1), ("--sheet",)):
+            with self.subTest(words=words):
+                self.refuse("mesh", grid, *words, "-o", self.out / "a.vtu", needles=(words[0], "surfaces"))
+
     def test_unknown_option(self):
         self.refuse_mesh("--hmim", 0.1, needles=("--hmim",))
         self.refuse("frobnicate", needles=("frobnicate",))
