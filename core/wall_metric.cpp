@@ -63,7 +63,7 @@ void check(const BoundaryLayer& layer, const SizeOptions& s, const Box<3>& body)
 }  // namespace
 
 WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const SizeOptions& sizes)
-    : wall_(&wall), layer_(layer), sizes_(sizes) {
+    : wall_(&wall), layer_(layer), sizes_(sizes), edge_rate_(std::log(sizes.edge_growth)) {
   check(layer_, sizes_, wall.bounds());
 }
 
@@ -144,7 +144,7 @@ Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, dou
   // Across a nearby sharp edge the size starts at that of the fan around it; along the edge nothing is asked.
   const double angle = std::clamp(wall.edge_angle, 0.1, 0.5 * std::numbers::pi);
   const double fan = sizes.hn * 0.5 * std::numbers::pi / angle;
-  const double across = std::max(fan + edge_rate() * wall.edge_distance, floor);
+  const double across = std::max(fan + edge_rate_ * wall.edge_distance, floor);
   if (across >= h[1] && across >= h[2]) return base;
   Vec3 along = wall.edge_direction - wall.edge_direction.dot(wall.N) * wall.N;
   constexpr double kAlongNormal = 1e-6;
@@ -166,9 +166,6 @@ double WallMetric::reach(const Vec3& x, double size) const {
   return layer_.top() + sizes_.box2.inner_distance(x) * u / (1.0 - u);
 }
 
-// Growth per unit of length that makes a ratio of edge_growth per element.
-double WallMetric::edge_rate() const { return std::log(sizes_.edge_growth); }
-
 Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& wall, const Sizes& sizes, double floor) const {
   Metric<3> m = wall_metric(wall, sizes, floor);
   const double widest = std::max({sizes.ht1, sizes.ht2, floor});
@@ -177,12 +174,12 @@ Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& wall, const Sizes& 
   if (widest <= kNearlyIsotropic * std::max(sizes.hn, floor)) return m;
   constexpr int kMaxWalls = 4;
   std::array<WallPoint, kMaxWalls> others;
-  const double limit = std::min(reach(x, widest), std::abs(wall.phi) + (widest - sizes.hn) / edge_rate());
+  const double limit = std::min(reach(x, widest), std::abs(wall.phi) + (widest - sizes.hn) / edge_rate_);
   const int count = wall_->others(x, wall, limit, others);
   for (int i = 0; i < count; ++i) {
     const WallPoint& other = others[i];
     Sizes s = wall_sizes(x, other);
-    s.hn = std::max(s.hn, sizes.hn + edge_rate() * (std::abs(other.phi) - std::abs(wall.phi)));
+    s.hn = std::max(s.hn, sizes.hn + edge_rate_ * (std::abs(other.phi) - std::abs(wall.phi)));
     s.ht1 = std::max(s.ht1, s.hn);
     s.ht2 = std::max(s.ht2, s.hn);
     m = intersect(m, wall_metric(other, s, floor));

@@ -66,11 +66,11 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& wall, const Sizes& sizes,
                                  double floor) const;
   [[nodiscard]] double reach(const Vec3& x, double size) const;
-  [[nodiscard]] double edge_rate() const;
 
   const WallField* wall_;
   BoundaryLayer layer_;
   SizeOptions sizes_;
+  double edge_rate_;  ///< growth per unit of length that makes a ratio of edge_growth per element
 };
 
 }  // namespace lamina

@@ -16,9 +16,9 @@ struct Rules {
   double short_edge = 0.7071;  ///< edges below are collapsed
   double long_edge = 1.4142;   ///< edges above are split
   double shortest_new = 0.5;   ///< no split makes an edge shorter than this
-  double longest_new = 1.6;  ///< no collapse or swap makes an edge longer than this (or than what was there)
-  double swap_below = 0.6;   ///< cells below this quality are candidates of swaps
-  int enlargements = 6;      ///< cells a cavity may take in before a move is given up
+  double longest_new = 1.6;    ///< no collapse or swap makes an edge longer than this
+  double swap_below = 0.6;     ///< cells below this quality are candidates of swaps
+  int enlargements = 6;        ///< cells a cavity may take in before a move is given up
 };
 
 template <int D>

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/vdb/test_surfaces.h"
 #include "vdb/shapes.h"
 
 namespace lamina::targets {
@@ -214,23 +215,7 @@ Surface lumpy(int n) {
   return s;
 }
 
-Surface strip_cylinder(int n) {
-  Surface s;
-  for (int i = 0; i < n; ++i)
-    for (const double z : {-0.5, 0.5})
-      s.points.emplace_back(0.3 * std::cos(2.0 * kPi * i / n), 0.3 * std::sin(2.0 * kPi * i / n), z);
-  s.points.emplace_back(0.0, 0.0, -0.5);
-  s.points.emplace_back(0.0, 0.0, 0.5);
-  for (Index i = 0; i < n; ++i) {
-    const Index a = 2 * i, b = 2 * ((i + 1) % n);
-    s.triangles.push_back({a, b, b + 1});
-    s.triangles.push_back({a, b + 1, a + 1});
-    s.triangles.push_back({b, a, 2 * n});
-    s.triangles.push_back({a + 1, b + 1, 2 * n + 1});
-  }
-  finish(s);
-  return cleaned(std::move(s));
-}
+Surface strip_cylinder(int n) { return cleaned(testing_surfaces::cylinder(0.3, -0.5, 0.5, n)); }
 
 Surface box(const Vec3& lo, const Vec3& hi) {
   Surface s = shape("cube");
