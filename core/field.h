@@ -1,6 +1,7 @@
 // Where the level set and the mesh meet: what is known of the wall near a point, and the metric at a point.
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <span>
 
@@ -32,6 +33,10 @@ struct WallPoint {
       Vec3::Zero();         ///< unit tangent of that edge; zero where it is a corner or there is none
   double edge_angle = 0.0;  ///< exterior dihedral angle of that edge, radians in (0, pi]; a sheet's rim: pi
   double corner_distance = std::numeric_limits<double>::infinity();  ///< the same, to the nearest corner
+  /// How far k1, k2, T1 and T2 can be relied on, in [0, 1]: 1 where the wall is smooth and resolved, 1/2
+  /// where its normal turns by half a radian per facet (or voxel) or where curvature differs by 10 % from one
+  /// vertex to the next, 0 on the rays of sharp edges and corners.
+  double reliability = 1.0;
 };
 
 /// The wall of an immersed body. Thread safe.
@@ -42,6 +47,8 @@ class WallField {
   [[nodiscard]] virtual WallPoint at(const Vec3& x) const = 0;
   /// Signed distance alone, the same bits as at(x).phi.
   [[nodiscard]] virtual double phi(const Vec3& x) const = 0;
+  /// Unsigned distance, too large by at most the factor 1 + eps: far away much cheaper than phi().
+  [[nodiscard]] virtual double distance(const Vec3& x, double /*eps*/) const { return std::abs(phi(x)); }
   /// Other walls seen from x: closest points of wall patches, other than the closest one, that are local
   /// minima of the distance, no farther than `reach`, and whose direction from x differs by more than 10
   /// degrees from the closest one's and from each other's; nearest first, at most out.size(). Returns how
@@ -50,6 +57,14 @@ class WallField {
                      std::span<WallPoint> out) const = 0;
   /// Bounds of the wall.
   [[nodiscard]] virtual Box<3> bounds() const = 0;
+};
+
+/// Sizes painted by a user: upper bounds of the element size. Thread safe.
+class SizeField {
+ public:
+  virtual ~SizeField() = default;
+  /// The least of `limit` and of size(y) + rate |x - y| over all painted points y; lengths in world units.
+  [[nodiscard]] virtual double bound(const Vec3& x, double rate, double limit) const = 0;
 };
 
 /// A metric that can be evaluated at any point of the domain. Thread safe.

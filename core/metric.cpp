@@ -91,12 +91,7 @@ Metric<D> Metric<D>::from_factor(const Mat<D>& A) {
 
 template <int D>
 std::optional<Metric<D>> Metric<D>::from_tensor(const Sym<D>& t) {
-  Mat<D> M;
-  if constexpr (D == 2) {
-    M << t[0], t[1], t[1], t[2];
-  } else {
-    M << t[0], t[1], t[3], t[1], t[2], t[4], t[3], t[4], t[5];
-  }
+  const Mat<D> M = to_matrix<D>(t);
   Metric m{std::array<double, kSymSize<D>>{}};
   for (int i = 0; i < D; ++i) {
     for (int j = i; j < D; ++j) {
@@ -124,12 +119,7 @@ Mat<D> Metric<D>::factor() const {
 template <int D>
 Sym<D> Metric<D>::tensor() const {
   const Mat<D> U = factor();
-  const Mat<D> M = U.transpose() * U;
-  if constexpr (D == 2) {
-    return {M(0, 0), M(0, 1), M(1, 1)};
-  } else {
-    return {M(0, 0), M(0, 1), M(1, 1), M(0, 2), M(1, 2), M(2, 2)};
-  }
+  return to_sym<D>(U.transpose() * U);
 }
 
 template <int D>
@@ -170,21 +160,17 @@ Metric<D> intersect(const Metric<D>& a, const Metric<D>& b) {
   return Metric<D>::from_factor(s.cwiseMax(1.0).asDiagonal() * V.transpose() * Ua);
 }
 
-namespace {
-
 template <int D>
-Mat<D> matrix_log(const Metric<D>& m) {
-  const auto p = m.principal();
+Sym<D> Metric<D>::log() const {
+  const Principal p = principal();
   const Vec<D> l = -2.0 * p.sizes.array().log();
-  return p.axes.transpose() * l.asDiagonal() * p.axes;
+  return to_sym<D>(p.axes.transpose() * l.asDiagonal() * p.axes);
 }
 
-}  // namespace
-
+// Symmetric Jacobi rotations: the entries of a logarithm are of order 10, so no accuracy is lost.
 template <int D>
-Metric<D> interpolate_log_euclidean(const Metric<D>& a, const Metric<D>& b, double t) {
-  // Symmetric Jacobi on the blended logarithm: its entries are of order 10, so no accuracy is lost.
-  Mat<D> L = (1.0 - t) * matrix_log(a) + t * matrix_log(b);
+Metric<D> Metric<D>::from_log(const Sym<D>& log) {
+  Mat<D> L = to_matrix<D>(log);
   Mat<D> V = Mat<D>::Identity();
   constexpr int kSweeps = 12;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
@@ -204,7 +190,15 @@ Metric<D> interpolate_log_euclidean(const Metric<D>& a, const Metric<D>& b, doub
     }
   }
   const Vec<D> sizes = (-0.5 * L.diagonal().array()).exp();
-  return Metric<D>::from_frame(V.transpose(), sizes);
+  return from_frame(V.transpose(), sizes);
+}
+
+template <int D>
+Metric<D> interpolate_log_euclidean(const Metric<D>& a, const Metric<D>& b, double t) {
+  const Sym<D> la = a.log(), lb = b.log();
+  Sym<D> blend;
+  for (std::size_t i = 0; i < blend.size(); ++i) blend[i] = (1.0 - t) * la[i] + t * lb[i];
+  return Metric<D>::from_log(blend);
 }
 
 double edge_length(double la, double lb) {

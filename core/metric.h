@@ -30,6 +30,8 @@ class Metric {
   static Metric from_factor(const Mat<D>& A);
   /// From a tensor; empty when it is not (numerically) positive definite.
   static std::optional<Metric> from_tensor(const Sym<D>& tensor);
+  /// exp(L) of a symmetric matrix. REQUIRES finite entries.
+  static Metric from_log(const Sym<D>& L);
 
   /// U e.
   [[nodiscard]] Vec<D> map(const Vec<D>& e) const {
@@ -50,6 +52,9 @@ class Metric {
   }
   [[nodiscard]] Mat<D> factor() const;
   [[nodiscard]] Sym<D> tensor() const;
+  /// log(M): in single precision still exact to 1e-6 at aspect ratios where M itself has lost its
+  /// definiteness.
+  [[nodiscard]] Sym<D> log() const;
   /// The same directions with every size multiplied by s.
   [[nodiscard]] Metric scaled(double s) const;
   /// Principal sizes, ascending, and directions as rows of `axes`.

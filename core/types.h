@@ -32,6 +32,24 @@ inline constexpr int kSymSize = D*(D + 1) / 2;
 template <int D>
 using Sym = std::array<double, kSymSize<D>>;
 
+/// The entries of a symmetric matrix, and back.
+template <int D>
+Sym<D> to_sym(const Mat<D>& m) {
+  if constexpr (D == 2)
+    return {m(0, 0), m(0, 1), m(1, 1)};
+  else
+    return {m(0, 0), m(0, 1), m(1, 1), m(0, 2), m(1, 2), m(2, 2)};
+}
+template <int D>
+Mat<D> to_matrix(const Sym<D>& s) {
+  Mat<D> m;
+  if constexpr (D == 2)
+    m << s[0], s[1], s[1], s[2];
+  else
+    m << s[0], s[1], s[3], s[1], s[2], s[4], s[3], s[4], s[5];
+  return m;
+}
+
 /// Axis-aligned box; empty when any lo > hi.
 template <int D>
 struct Box {

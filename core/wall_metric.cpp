@@ -62,8 +62,13 @@ void check(const BoundaryLayer& layer, const SizeOptions& s, const Box<3>& body)
 
 }  // namespace
 
-WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const SizeOptions& sizes)
-    : wall_(&wall), layer_(layer), sizes_(sizes), edge_rate_(std::log(sizes.edge_growth)) {
+WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const SizeOptions& sizes,
+                       std::vector<const SizeField*> painted)
+    : wall_(&wall),
+      layer_(layer),
+      sizes_(sizes),
+      painted_(std::move(painted)),
+      edge_rate_(std::log(sizes.edge_growth)) {
   check(layer_, sizes_, wall.bounds());
 }
 
@@ -121,6 +126,14 @@ double WallMetric::tangential_size(double curvature, double hn, double phi) cons
   return std::clamp(h, hn, std::max(hn, sizes_.h2));
 }
 
+WallMetric::Sizes WallMetric::painted_sizes(const Vec3& x, Sizes s) const {
+  constexpr double kNoSpread = 1e6;  // rate that keeps a painted size within its voxel
+  const double rate = sizes_.gradation > 0.0 ? std::log(sizes_.gradation) : kNoSpread;
+  double bound = std::max({s.hn, s.ht1, s.ht2});
+  for (const SizeField* field : painted_) bound = field->bound(x, rate, bound);
+  return {std::min(s.hn, bound), std::min(s.ht1, bound), std::min(s.ht2, bound)};
+}
+
 WallMetric::Sizes WallMetric::wall_sizes(const Vec3& x, const WallPoint& wall) const {
   Sizes s;
   s.hn = normal_size(x, wall.phi);
@@ -130,7 +143,7 @@ WallMetric::Sizes WallMetric::wall_sizes(const Vec3& x, const WallPoint& wall) c
     s.ht1 = tangential_size(wall.k1, s.hn, wall.phi);
     s.ht2 = tangential_size(wall.k2, s.hn, wall.phi);
   }
-  return s;
+  return painted_.empty() ? s : painted_sizes(x, s);
 }
 
 Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const {

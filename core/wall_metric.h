@@ -38,8 +38,11 @@ struct WallSample {
 
 class WallMetric : public MetricField<3> {
  public:
-  /// REQUIRES wall to outlive this. Errors: kParameter / kDomain naming the field and the inequality broken.
-  WallMetric(const WallField& wall, const BoundaryLayer& layer, const SizeOptions& sizes);
+  /// No size in any direction exceeds those of `painted`, which spread by SizeOptions::gradation. REQUIRES
+  /// wall and painted to outlive this. Errors: kParameter / kDomain naming the field and the inequality
+  /// broken.
+  WallMetric(const WallField& wall, const BoundaryLayer& layer, const SizeOptions& sizes,
+             std::vector<const SizeField*> painted = {});
 
   [[nodiscard]] Metric<3> at(const Vec3& x) const override { return at_coarsened(x, 0.0); }
   /// The same metric with every size below `floor` raised to it: one step of the way from the seed's size to
@@ -62,6 +65,7 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] double inside_size(double depth) const;
   [[nodiscard]] double tangential_size(double curvature, double hn, double phi) const;
   [[nodiscard]] Sizes wall_sizes(const Vec3& x, const WallPoint& wall) const;
+  [[nodiscard]] Sizes painted_sizes(const Vec3& x, Sizes sizes) const;
   [[nodiscard]] Metric<3> wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& wall, const Sizes& sizes,
                                  double floor) const;
@@ -70,6 +74,7 @@ class WallMetric : public MetricField<3> {
   const WallField* wall_;
   BoundaryLayer layer_;
   SizeOptions sizes_;
+  std::vector<const SizeField*> painted_;
   double edge_rate_;  ///< growth per unit of length that makes a ratio of edge_growth per element
 };
 

@@ -4,9 +4,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/hilbert.h"
+#include "core/parallel.h"
 #include "vdb/detail/facet_wall.h"
 #include "vdb/detail/grid.h"
 #include "vdb/detail/spline_wall.h"
@@ -68,6 +71,32 @@ double choose_voxel(const detail::FacetWall& wall, const LevelSetOptions& o,
   return 1.001 * smallest;
 }
 
+// Calls visit(i) for every point, in parallel, along a Hilbert curve.
+template <class Visit>
+void visit_sorted(std::span<const Vec3> points, Visit&& visit) {
+  Box<3> box;
+  for (const Vec3& x : points)
+    if (x.allFinite()) box.extend(x);
+  std::vector<std::uint64_t> keys(points.size());
+  for_each_index(keys.size(), [&](std::size_t i) {
+    keys[i] = points[i].allFinite() ? hilbert_key<3>(points[i], box) : 0;
+  });
+  const std::vector<std::int32_t> order = sorted_order(keys);
+  for_each_index(
+      order.size(), [&](std::size_t i) { visit(static_cast<std::size_t>(order[i])); }, 256);
+}
+
+void check_names(const std::filesystem::path& path, std::span<const SizeGrid> painted) {
+  std::vector<std::string> taken = {"surface", "N", "T1", "k", "h", "logM_diag", "logM_off"};
+  for (const SizeGrid& p : painted) {
+    if (std::find(taken.begin(), taken.end(), p.name()) != taken.end())
+      throw Error(
+          ErrorCode::kLevelSetGrid,
+          fmt::format("{}: would hold two grids named '{}': rename the size grid", path.string(), p.name()));
+    taken.push_back(p.name());
+  }
+}
+
 }  // namespace
 
 LevelSet::LevelSet(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -77,6 +106,7 @@ LevelSet::~LevelSet() = default;
 
 WallPoint LevelSet::at(const Vec3& x) const { return impl_->wall->at(x); }
 double LevelSet::phi(const Vec3& x) const { return impl_->wall->phi(x); }
+double LevelSet::distance(const Vec3& x, double eps) const { return impl_->wall->distance(x, eps); }
 int LevelSet::others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const {
   return impl_->wall->others(x, nearest, reach, out);
 }
@@ -141,15 +171,33 @@ LevelSet LevelSet::from_vdb(const std::filesystem::path& path, const LevelSetOpt
   return LevelSet(std::move(impl));
 }
 
-void LevelSet::write(const std::filesystem::path& path) const {
+void LevelSet::sample(std::span<const Vec3> points, std::span<WallPoint> out) const {
+  visit_sorted(points, [&](std::size_t i) { out[i] = at(points[i]); });
+}
+
+void LevelSet::sample_phi(std::span<const Vec3> points, std::span<double> out) const {
+  visit_sorted(points, [&](std::size_t i) { out[i] = phi(points[i]); });
+}
+
+void LevelSet::write(const std::filesystem::path& path, const WallMetric* metric,
+                     std::span<const SizeGrid> painted) const {
+  check_names(path, painted);
+  const auto at = [&](const Vec3& x) -> detail::BandGrid::Sample {
+    if (metric == nullptr) return {.wall = impl_->wall->at(x)};
+    const WallSample s = metric->sample(x);
+    const Metric<3>& m = s.metric;
+    return {.wall = s.wall,
+            .h = {m.size_along(s.wall.N), m.size_along(s.wall.T1), m.size_along(s.wall.T2)},
+            .log_metric = m.log()};
+  };
   if (dynamic_cast<const detail::SplineWall*>(impl_->wall.get()) == nullptr) {
-    impl_->grid.write(path, [&](const Vec3& x) { return impl_->wall->at(x); });
+    impl_->grid.write(path, at, metric != nullptr, painted);
     return;
   }
   // The values read need not be distances: those written are.
   detail::BandGrid grid = impl_->grid.copy();
   grid.polish([&](const Vec3& x, double) { return impl_->wall->phi(x); });
-  grid.write(path, [&](const Vec3& x) { return impl_->wall->at(x); });
+  grid.write(path, at, metric != nullptr, painted);
 }
 
 }  // namespace lamina

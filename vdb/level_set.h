@@ -5,11 +5,14 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/field.h"
 #include "core/progress.h"
+#include "core/wall_metric.h"
+#include "vdb/size_grid.h"
 #include "vdb/surface.h"
 
 namespace lamina {
@@ -64,14 +67,24 @@ class LevelSet : public WallField {
 
   [[nodiscard]] WallPoint at(const Vec3& x) const override;
   [[nodiscard]] double phi(const Vec3& x) const override;
+  [[nodiscard]] double distance(const Vec3& x, double eps) const override;
   int others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const override;
   [[nodiscard]] Box<3> bounds() const override;
   [[nodiscard]] const LevelSetReport& report() const;
 
-  /// Writes `surface` (level set), `N`, `T1` and `k` (k1, k2, 0) on the same narrow band: float32, blosc,
-  /// metadata; atomically. Lengths are larger by metadata lamina:scale where there is one: OpenVDB takes no
-  /// voxels below 1.4e-5. from_vdb() undoes it. Errors: kFileWrite.
-  void write(const std::filesystem::path& path) const;
+  /// at() and phi() of many points: in parallel, and in an order that keeps what near points share in the
+  /// cache. REQUIRES out.size() == points.size().
+  void sample(std::span<const Vec3> points, std::span<WallPoint> out) const;
+  void sample_phi(std::span<const Vec3> points, std::span<double> out) const;
+
+  /// Writes on one narrow band `surface` (level set), `N`, `T1` and `k` (k1, k2, reliability), with a metric
+  /// also `h` (its sizes along N, T1, T2), `logM_diag` and `logM_off` (its logarithm: xx yy zz, xy xz yz),
+  /// and copies of `painted` grids: float32, blosc, metadata; atomically. Lengths are larger by metadata
+  /// lamina:scale where there is one: OpenVDB takes no voxels below 1.4e-5. from_vdb() and SizeGrid undo it.
+  /// REQUIRES a metric of this wall. Errors: kFileWrite, kLevelSetGrid where a painted grid has the name of
+  /// another.
+  void write(const std::filesystem::path& path, const WallMetric* metric = nullptr,
+             std::span<const SizeGrid> painted = {}) const;
 
  private:
   struct Impl;

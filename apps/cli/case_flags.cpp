@@ -81,6 +81,12 @@ Case CaseFlags::read() const {
   return c;
 }
 
+bool CaseFlags::given(const std::vector<std::string>& tables) const {
+  return !case_file_.empty() || std::any_of(words_.begin(), words_.end(), [&](const Words& w) {
+    return w.flag->count() > 0 && std::find(tables.begin(), tables.end(), w.option->table) != tables.end();
+  });
+}
+
 Verbosity CaseFlags::verbosity() const {
   if (quiet_) return Verbosity::kQuiet;
   return verbose_ ? Verbosity::kVerbose : Verbosity::kNormal;

@@ -22,6 +22,8 @@ class CaseFlags {
   /// The case file, if any, with the flags over it. Errors: kUsage, kFileMissing.
   [[nodiscard]] Case read() const;
   [[nodiscard]] Verbosity verbosity() const;
+  /// True when an option of one of these tables may have been given: as a flag, or by a case file.
+  [[nodiscard]] bool given(const std::vector<std::string>& tables) const;
 
  private:
   struct Words {

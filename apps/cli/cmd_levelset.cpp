@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "apps/cli/case_flags.h"
 #include "apps/cli/command.h"
@@ -16,16 +17,23 @@ void add_levelset(CLI::App& root, Commands& commands) {
   CLI::App* app =
       root.add_subcommand("levelset", "Write the level set of a body with normals and curvatures");
   app->footer(
-      "The file holds the grids surface (signed distance, < 0 inside), N, T1 and k (k1, k2, 0).\nExample:\n"
-      "  lamina levelset wing.stl --unit mm --voxel 0.005 -o wing.vdb");
+      "The file holds the grids surface (signed distance, < 0 inside), N, T1 and k (k1, k2, reliability), "
+      "the "
+      "painted sizes of --size-grid and, with --metric or any option of flow, sizes or domain, also h (sizes "
+      "along N, T1, T2), logM_diag and logM_off (the logarithm of the metric: xx yy zz, xy xz "
+      "yz).\nExamples:\n"
+      "  lamina levelset wing.stl --unit mm --voxel 0.005 -o wing.vdb\n"
+      "  lamina levelset wing.stl --re 3e6 --size-grid paint.vdb:density -o wing.vdb");
   struct State {
-    explicit State(CLI::App& a) : flags(a, {"body", "levelset"}) {}
+    explicit State(CLI::App& a) : flags(a, {"body", "flow", "sizes", "domain", "levelset"}) {}
+    [[nodiscard]] bool with_metric() const { return metric || flags.given({"flow", "sizes", "domain"}); }
     CaseFlags flags;
     std::string out;
-    bool json = false;
+    bool json = false, metric = false;
   };
   auto state = std::make_shared<State>(*app);
   app->add_option("-o,--out", state->out, "file to write")->required()->type_name("FILE.vdb");
+  app->add_flag("--metric", state->metric, "write the metric and its sizes too");
   app->add_flag("--json", state->json, "print what was made as JSON");
   commands.push_back(
       {app, [state] {
@@ -41,7 +49,16 @@ void add_levelset(CLI::App& root, Commands& commands) {
          const LevelSetReport& r = body.level_set.report();
          for (const auto* list : {&body.surface.warnings, &r.warnings})
            for (const std::string& w : *list) stages.warn(w);
-         outputs.write(state->out, [&](const auto& path) { body.level_set.write(path); });
+         std::optional<ResolvedCase> resolved;
+         std::optional<WallMetric> metric;
+         if (state->with_metric()) {
+           resolved = resolve_case(c, body);
+           metric = wall_metric(body, *resolved);
+           for (const std::string& w : resolved->warnings) stages.warn(w);
+         }
+         outputs.write(state->out, [&](const auto& path) {
+           body.level_set.write(path, metric ? &*metric : nullptr, body.painted);
+         });
          stages.check_cancelled();
          outputs.commit();
          stages.done(fmt::format("{} voxels", r.active_voxels));

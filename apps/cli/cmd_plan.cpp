@@ -30,7 +30,7 @@ void add_plan(CLI::App& root, Commands& commands) {
                         stages.stage("level set");
                         const Body body = load_body(c, &stages);
                         const ResolvedCase resolved = resolve_case(c, body);
-                        const WallMetric metric(body.level_set, resolved.layer, resolved.sizes);
+                        const WallMetric metric = wall_metric(body, resolved);
                         for (const auto* list :
                              {&body.surface.warnings, &body.level_set.report().warnings, &resolved.warnings})
                           for (const std::string& w : *list) stages.warn(w);

@@ -41,6 +41,7 @@ std::string plane_text(const Plane& plane);
 struct Case {
   std::filesystem::path body;
   LengthUnit unit = LengthUnit::kMetre;
+  std::vector<std::string> size_grids;  ///< "NAME" in the body's .vdb, or "FILE.vdb:NAME"
   Flow flow;
   std::optional<double> h2, h1, box2_margin;
   std::optional<Box<3>> box2, domain;

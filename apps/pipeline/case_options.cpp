@@ -23,6 +23,7 @@ OptionValue fetch(const std::array<double, 4>& m) { return std::vector<double>(m
 OptionValue fetch(const Box<3>& m) {
   return std::vector<double>{m.lo[0], m.lo[1], m.lo[2], m.hi[0], m.hi[1], m.hi[2]};
 }
+OptionValue fetch(const std::vector<std::string>& m) { return m; }
 OptionValue fetch(const std::vector<Path>& m) {
   std::vector<std::string> v;
   for (const Path& p : m) v.push_back(p.string());
@@ -44,6 +45,7 @@ void assign(Box<3>& m, const OptionValue& v) {
   m.lo = {x[0], x[1], x[2]};
   m.hi = {x[3], x[4], x[5]};
 }
+void assign(std::vector<std::string>& m, const OptionValue& v) { m = std::get<std::vector<std::string>>(v); }
 void assign(std::vector<Path>& m, const OptionValue& v) {
   const auto& x = std::get<std::vector<std::string>>(v);
   m.assign(x.begin(), x.end());
@@ -52,6 +54,7 @@ void assign(std::vector<Path>& m, const OptionValue& v) {
 bool unset(const Path& m) { return m.empty(); }
 bool unset(const std::string& m) { return m.empty(); }
 bool unset(const std::vector<Path>& m) { return m.empty(); }
+bool unset(const std::vector<std::string>& m) { return m.empty(); }
 template <class T>
 bool unset(const T&) {
   return false;
@@ -162,6 +165,15 @@ void add_body(Options& o) {
                    [](Case& c) -> std::string& { return c.level_set.grid; }));
   o.push_back(bind(real("body", "iso", "--iso", "", "", "iso value of the wall in a .vdb body of fog class"),
                    [](Case& c) -> optional<double>& { return c.level_set.iso; }));
+}
+
+void add_painted(Options& o) {
+  o.push_back(
+      bind(typed(real("body", "size_grids", "--size-grid", "", "",
+                      "grid of painted sizes, NAME in the body's .vdb or FILE.vdb:NAME: no element is "
+                      "larger than the value of the voxel it is in; may be repeated"),
+                 OptionType::kTexts),
+           [](Case& c) -> std::vector<std::string>& { return c.size_grids; }));
 }
 
 void add_flow(Options& o) {
@@ -328,6 +340,7 @@ const std::vector<CaseOption>& case_options() {
   static const Options options = [] {
     Options o;
     add_body(o);
+    add_painted(o);
     add_flow(o);
     add_sizes(o);
     add_domain(o);

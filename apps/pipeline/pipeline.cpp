@@ -185,10 +185,11 @@ double expected_cells(const WallMetric& metric, StageRecorder& stages) {
   return cells;
 }
 
-AdaptOptions adapt_options(const ResolvedCase& r) {
+AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
   AdaptOptions options;
   options.quality_floor = r.c.quality_floor;
   options.end_size = r.layer.h_min;
+  for (const SizeGrid& p : body.painted) options.end_size = std::min(options.end_size, p.range().first);
   return options;
 }
 
@@ -209,17 +210,28 @@ void write_picture(const fs::path& path, const Mesh<3>& mesh, const ResolvedCase
   draw_slice(path, mesh, options);
 }
 
+struct Result {
+  const Mesh<3>& mesh;
+  const std::vector<Metric<3>>& vertex_metric;
+  const WallMetric& metric;
+  const Body& body;
+  const ResolvedCase& resolved;
+};
+
 /// Writes everything but the report, which tells how long this took.
-void write_outputs(const Mesh<3>& mesh, const std::vector<Metric<3>>& metric, const Body& body,
-                   const ResolvedCase& r, OutputSet& outputs, StageRecorder& stages) {
-  const Case& c = r.c;
+void write_outputs(const Result& made, OutputSet& outputs, StageRecorder& stages) {
+  const Case& c = made.resolved.c;
   for (const fs::path& path : c.outputs) {
-    outputs.write(path, [&](const fs::path& p) { write_mesh<3>(p, mesh); });
+    outputs.write(path, [&](const fs::path& p) { write_mesh<3>(p, made.mesh); });
     stages.check_cancelled();
   }
-  if (c.metric_out) outputs.write(*c.metric_out, [&](const fs::path& p) { write_metric<3>(p, metric); });
-  if (c.levelset_out) outputs.write(*c.levelset_out, [&](const fs::path& p) { body.level_set.write(p); });
-  if (c.picture) outputs.write(*c.picture, [&](const fs::path& p) { write_picture(p, mesh, r); });
+  if (c.metric_out)
+    outputs.write(*c.metric_out, [&](const fs::path& p) { write_metric<3>(p, made.vertex_metric); });
+  if (c.levelset_out)
+    outputs.write(*c.levelset_out,
+                  [&](const fs::path& p) { made.body.level_set.write(p, &made.metric, made.body.painted); });
+  if (c.picture)
+    outputs.write(*c.picture, [&](const fs::path& p) { write_picture(p, made.mesh, made.resolved); });
   stages.check_cancelled();
 }
 
@@ -240,18 +252,9 @@ void check_kind(const Case& c, bool from_vdb) {
 
 }  // namespace
 
-Body load_body(const Case& c, Progress* progress) {
-  if (c.body.empty())
-    throw Error(ErrorCode::kUsage, "no body is given: name a .stl, .obj, .ply or .vdb file");
-  const double scale = unit_scale(c.unit);
-  const bool from_vdb = lower_extension(c.body) == ".vdb";
-  { const MappedFile exists(c.body); }  // a missing file or a folder is the better message
-  check_kind(c, from_vdb);
-  if (from_vdb) {
-    return {.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress),
-            .surface = {},
-            .from_vdb = true};
-  }
+namespace {
+
+Body load_surface(const Case& c, double scale, Progress* progress) {
   if (!is_surface_file(c.body))
     throw Error(ErrorCode::kFileUnsupported,
                 fmt::format("{}: not a body; bodies are .stl, .obj, .ply and .vdb files", c.body.string()));
@@ -266,6 +269,45 @@ Body load_body(const Case& c, Progress* progress) {
           .from_vdb = false};
 }
 
+// "NAME" is a grid of the body's own file, "FILE.vdb:NAME" one of another.
+SizeGrid load_painted(const Case& c, const std::string& which, double scale) {
+  constexpr std::string_view kSeparator = ".vdb:";
+  const std::size_t at = which.rfind(kSeparator);
+  if (at != std::string::npos)
+    return SizeGrid::read(which.substr(0, at + kSeparator.size() - 1), which.substr(at + kSeparator.size()),
+                          scale);
+  if (lower_extension(c.body) != ".vdb")
+    throw Error(ErrorCode::kUsage,
+                fmt::format("--size-grid {}: {} holds no grids: name the file too, as FILE.vdb:{}", which,
+                            c.body.string(), which));
+  return SizeGrid::read(c.body, which, scale);
+}
+
+}  // namespace
+
+Body load_body(const Case& c, Progress* progress) {
+  if (c.body.empty())
+    throw Error(ErrorCode::kUsage, "no body is given: name a .stl, .obj, .ply or .vdb file");
+  const double scale = unit_scale(c.unit);
+  const bool from_vdb = lower_extension(c.body) == ".vdb";
+  { const MappedFile exists(c.body); }  // a missing file or a folder is the better message
+  check_kind(c, from_vdb);
+  std::vector<SizeGrid> painted;
+  for (const std::string& which : c.size_grids) painted.push_back(load_painted(c, which, scale));
+  Body body = from_vdb ? Body{.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress),
+                              .surface = {},
+                              .from_vdb = true}
+                       : load_surface(c, scale, progress);
+  body.painted = std::move(painted);
+  return body;
+}
+
+WallMetric wall_metric(const Body& body, const ResolvedCase& r) {
+  std::vector<const SizeField*> painted;
+  for (const SizeGrid& p : body.painted) painted.push_back(&p);
+  return {body.level_set, r.layer, r.sizes, std::move(painted)};
+}
+
 Report run_case(const Case& c, Progress* progress) {
   const ThreadLimit limit(c.threads);
   StageRecorder stages(progress);
@@ -278,7 +320,7 @@ Report run_case(const Case& c, Progress* progress) {
   Report report;
   report.resolved = resolve_case(c, body);
   const ResolvedCase& r = report.resolved;
-  const WallMetric metric(body.level_set, r.layer, r.sizes);
+  const WallMetric metric = wall_metric(body, r);
   pass_on_warnings(body, r, stages);
   stages.done(fmt::format("{} voxels, {} layers from h_min {:.3g} to {:.3g}",
                           body.level_set.report().active_voxels, r.layer.layers, r.layer.h_min,
@@ -294,7 +336,7 @@ Report run_case(const Case& c, Progress* progress) {
 
   stages.stage("adapt");
   std::vector<Metric<3>> vertex_metric;
-  report.adapt = adapt<3>(mesh, Homotopy(metric), vertex_metric, adapt_options(r), &stages);
+  report.adapt = adapt<3>(mesh, Homotopy(metric), vertex_metric, adapt_options(r, body), &stages);
   stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
 
   stages.stage("check");
@@ -310,7 +352,7 @@ Report run_case(const Case& c, Progress* progress) {
       fmt::format("{} point and {} cell fields", mesh.point_fields.size(), mesh.cell_fields.size() + 1));
 
   stages.stage("write");
-  write_outputs(mesh, vertex_metric, body, r, outputs, stages);
+  write_outputs({mesh, vertex_metric, metric, body, r}, outputs, stages);
   if (with_case) outputs.write_text(resolved_case_path(c), case_text(r.c));
   stages.done(fmt::format("{} files", outputs.targets().size()));
 

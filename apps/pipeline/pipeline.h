@@ -11,6 +11,7 @@
 #include "core/progress.h"
 #include "core/wall_metric.h"
 #include "vdb/level_set.h"
+#include "vdb/size_grid.h"
 
 namespace lamina {
 
@@ -19,10 +20,14 @@ struct Body {
   LevelSet level_set;
   SurfaceReport surface;  ///< empty for .vdb input
   bool from_vdb = false;
+  std::vector<SizeGrid> painted = {};  ///< --size-grid
 };
 
 /// Reads .stl/.obj/.ply/.vdb, applies the unit, cleans, builds the level set.
 Body load_body(const Case& c, Progress* progress);
+
+/// Metric of a resolved case. REQUIRES body to outlive it.
+WallMetric wall_metric(const Body& body, const ResolvedCase& r);
 
 /// Fills every default of the case that depends on the body (length, layers, boxes, sizes) and checks it.
 ResolvedCase resolve_case(const Case& c, const Body& body);

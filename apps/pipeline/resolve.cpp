@@ -124,6 +124,22 @@ void resolve_sizes(ResolvedCase& r, double extent) {
   r.sizes.gradation = c.gradation;
 }
 
+void check_painted(ResolvedCase& r, const Body& body) {
+  for (const SizeGrid& p : body.painted) {
+    const auto [least, most] = p.range();
+    if (!meet(p.bounds(), r.sizes.domain))
+      r.warnings.push_back(fmt::format("size grid {} ({}) lies outside the domain: check --unit", p.name(),
+                                       box_text(p.bounds())));
+    else if (least >= r.sizes.h1)
+      r.warnings.push_back(
+          fmt::format("size grid {} asks for no size below {:g}, h1 is {:g}: it has no effect", p.name(),
+                      least, r.sizes.h1));
+    if (least < r.layer.h_min)
+      r.warnings.push_back(fmt::format("size grid {} asks for sizes down to {:g}, below h_min = {:g}",
+                                       p.name(), least, r.layer.h_min));
+  }
+}
+
 }  // namespace
 
 ResolvedCase resolve_case(const Case& given, const Body& body) {
@@ -146,6 +162,7 @@ ResolvedCase resolve_case(const Case& given, const Body& body) {
   check_domain(r, body.level_set, given.body.string());
   resolve_box2(r, extent);
   resolve_sizes(r, extent);
+  check_painted(r, body);
   if (!c.picture_window && c.picture) {
     const int u = c.picture_plane.axis == 0 ? 1 : 0, v = c.picture_plane.axis == 2 ? 1 : 2;
     const Box<3>& b = r.sizes.box2;

@@ -112,6 +112,15 @@ class BadInput(Case):
             with self.subTest(words=words):
                 self.refuse("mesh", grid, *words, "-o", self.out / "a.vtu", needles=(words[0], "surfaces"))
 
+    def test_painted_sizes(self):
+        self.refuse_mesh("--size-grid", "paint", needles=("--size-grid", "FILE.vdb:paint"))
+        self.refuse_mesh("--size-grid", "none.vdb:paint", needles=("none.vdb",))
+        grid = self.dir / "painted.vdb"
+        self.run_ok("levelset", self.sphere, "-o", grid)
+        self.refuse_mesh("--size-grid", f"{grid}:paint", needles=("painted.vdb", "'paint'", "'surface'"))
+        self.refuse_mesh("--size-grid", f"{grid}:N", needles=("painted.vdb", "'N'", "float"))
+        self.refuse_mesh("--size-grid", f"{grid}:surface", needles=("painted.vdb", "'surface'", "length above 0"))
+
     def test_unknown_option(self):
         self.refuse_mesh("--hmim", 0.1, needles=("--hmim",))
         self.refuse("frobnicate", needles=("frobnicate",))

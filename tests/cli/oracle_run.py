@@ -203,11 +203,72 @@ class Oracle(Case):
         self.assertEqual(report["cells"]["total"]["count"], len(self.cells))
         self.assertEqual(report["points"], len(self.points))
 
-    def test_levelset_opens_in_openvdb(self):
+    def openvdb(self):
         try:
-            import pyopenvdb as vdb
+            import pyopenvdb
         except ImportError:
             self.skipTest("no pyopenvdb for this Python")
+        return pyopenvdb
+
+    def painted_box(self, vdb):
+        """A .vdb of a grid that asks for 0.07 in the box [0.7, 1.1] x [-0.2, 0.2]^2, in voxels of 0.1."""
+        grid = vdb.FloatGrid(0.0)
+        grid.name = "density"
+        grid.transform = vdb.createLinearTransform(0.1)
+        grid.fill((8, -1, -1), (10, 1, 1), 0.07, True)
+        path = self.dir / "paint.vdb"
+        vdb.write(str(path), grids=[grid])
+        return path
+
+    def test_painted_sizes_are_honoured_and_copied(self):
+        vdb = self.openvdb()
+        paint = self.painted_box(vdb)
+        edges = []
+        for words in ((), ("--size-grid", f"{paint}:density")):
+            out = self.dir / f"m{len(words)}.meshb"
+            self.run_ok("mesh", self.made / "sphere.stl", *support.COARSE, *words, "-q", "-o", out)
+            mesh = meshio.read(out)
+            cells = mesh.cells_dict["tetra"]
+            pairs = mesh.points[oracle.edges_of(cells)]
+            middle = pairs.mean(axis=1)
+            inside = (np.abs(middle - (0.95, 0, 0)) < (0.2, 0.15, 0.15)).all(axis=1)
+            edges.append(np.linalg.norm(pairs[:, 1] - pairs[:, 0], axis=1)[inside])
+        self.assertGreater(len(edges[1]), 3 * len(edges[0]))
+        self.assertGreater((edges[1] < 0.07 * np.sqrt(2)).mean(), 0.9)
+        self.assertLess(np.median(edges[1]), 0.07 * 1.1)
+        copy = self.dir / "copy.vdb"
+        self.run_ok("levelset", self.made / "sphere.stl", "--voxel", "0.05", "--size-grid", f"{paint}:density",
+                    "-o", copy)
+        grids = {grid.name: grid for grid in vdb.readAll(str(copy))[0]}
+        self.assertEqual(set(grids), {"surface", "N", "T1", "k", "density"})
+        self.assertEqual(grids["density"].activeVoxelCount(), 27)
+        self.assertAlmostEqual(grids["density"].getConstAccessor().getValue((9, 0, 0)), 0.07, places=7)
+
+    def test_metric_grids_open_in_openvdb(self):
+        vdb = self.openvdb()
+        out = self.dir / "m.vdb"
+        self.run_ok("levelset", self.made / "sphere.stl", "--voxel", "0.05", "--hmin", "1e-6", "--h2", "0.4", "-q",
+                    "-o", out)
+        grids = {grid.name: grid for grid in vdb.readAll(str(out))[0]}
+        self.assertEqual(set(grids), {"surface", "N", "T1", "k", "h", "logM_diag", "logM_off"})
+        reach = {name: grid.getConstAccessor() for name, grid in grids.items()}
+        voxels = [item.min for item in grids["surface"].citerOnValues() if item.count == 1][::50]
+        read = {name: np.array([a.getValue(ijk) for ijk in voxels]) for name, a in reach.items()}
+        place = np.array([grids["surface"].transform.indexToWorld(ijk) for ijk in voxels])
+        radial = place / np.linalg.norm(place, axis=1)[:, None]
+        self.assertLess(np.abs(np.einsum("ni,ni->n", radial, read["N"]) - 1).max(), 0.01)
+        self.assertTrue(((read["k"][:, 2] >= 0) & (read["k"][:, 2] <= 1)).all())
+        logarithm = np.empty((len(voxels), 3, 3))
+        for column, (i, j) in enumerate(((0, 0), (1, 1), (2, 2))):
+            logarithm[:, i, j] = read["logM_diag"][:, column]
+        for column, (i, j) in enumerate(((0, 1), (0, 2), (1, 2))):
+            logarithm[:, i, j] = logarithm[:, j, i] = read["logM_off"][:, column]
+        sizes = np.sort(np.exp(-0.5 * np.linalg.eigvalsh(logarithm)), axis=1)
+        np.testing.assert_allclose(sizes, np.sort(read["h"], axis=1), rtol=2e-6)
+        self.assertGreater((sizes[:, 2] / sizes[:, 0]).max(), 20)
+
+    def test_levelset_opens_in_openvdb(self):
+        vdb = self.openvdb()
         out = self.dir / "a.vdb"
         self.run_ok("levelset", self.made / "sphere.stl", "-o", out, "--voxel", "0.05")
         grids = {grid.name: grid for grid in vdb.readAll(str(out))[0]}

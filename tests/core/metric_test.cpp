@@ -56,6 +56,19 @@ TEST(Metric, FrameSizesAtHighAspectRatio) {
   }
 }
 
+TEST(Metric, LogarithmByHandAndBack) {
+  const auto m = Metric<2>::from_frame(Mat<2>::Identity(), Vec2(1.0, std::exp(-3.0)));
+  const Sym<2> l = m.log();
+  EXPECT_NEAR(l[0], 0.0, 1e-14);
+  EXPECT_NEAR(l[1], 0.0, 1e-14);
+  EXPECT_NEAR(l[2], 6.0, 1e-14);
+  const Vec3 h(1e-6, 0.3, 0.1);
+  const auto back = Metric<3>::from_log(Metric<3>::from_frame(rotation(0.7, 1.1), h).log()).principal();
+  EXPECT_NEAR(back.sizes[0] / 1e-6, 1.0, 1e-9);
+  EXPECT_NEAR(back.sizes[1] / 0.1, 1.0, 1e-9);
+  EXPECT_NEAR(back.sizes[2] / 0.3, 1.0, 1e-9);
+}
+
 TEST(Metric, IntersectionByHand) {
   const auto a = Metric<2>::from_frame(Mat<2>::Identity(), Vec2(1.0, 0.1));
   const auto b = Metric<2>::from_frame(Mat<2>::Identity(), Vec2(0.2, 0.5));

@@ -209,6 +209,36 @@ TEST(WallMetric, SizesAcrossASharpEdgeAreGraded) {
   EXPECT_NEAR(m.at(Vec3(0.8, 0, 0.5e-3)).size_along(Vec3::UnitX()), 0.1, 1e-9);
 }
 
+// A painted size bounds every direction, spreads by the gradation, and leaves smaller sizes alone.
+TEST(WallMetric, PaintedSizesAreUpperBounds) {
+  class HalfSpace : public SizeField {  // 0.02 where x > 0.5
+   public:
+    double bound(const Vec3& x, double rate, double limit) const override {
+      return std::min(limit, 0.02 + rate * std::max(0.0, 0.5 - x[0]));
+    }
+  };
+  const Plane wall;
+  const HalfSpace painted;
+  const WallMetric plain(wall, layer(), sizes()), m(wall, layer(), sizes(), {&painted});
+  const auto near = m.at(Vec3(0.6, 0, 0.5e-3));
+  EXPECT_NEAR(near.size_along(Vec3::UnitX()), 0.02, 1e-12);
+  EXPECT_NEAR(near.size_along(Vec3::UnitY()), 0.02, 1e-12);
+  EXPECT_NEAR(near.size_along(Vec3::UnitZ()), 1e-3, 1e-12);
+  const auto beside = m.at(Vec3(0.4, 0, 0.5e-3));
+  EXPECT_NEAR(beside.size_along(Vec3::UnitX()), 0.02 + 0.1 * std::log(1.5), 1e-12);
+  for (const double z : {0.2, 0.5}) {
+    const Vec3 high(0.6, 0, z);
+    EXPECT_NEAR(m.sample(high).hn, std::min(0.02, plain.sample(high).hn), 1e-12);
+  }
+  const Vec3 far(-0.9, 0, 0.5e-3);
+  EXPECT_EQ(m.at(far).tensor(), plain.at(far).tensor());
+  SizeOptions off = sizes();
+  off.gradation = 0.0;  // not beyond the painted voxels
+  const Vec3 outside(0.49, 0, 0.5e-3);
+  EXPECT_EQ(WallMetric(wall, layer(), off, {&painted}).at(outside).tensor(),
+            WallMetric(wall, layer(), off).at(outside).tensor());
+}
+
 TEST(WallMetric, CoarsenedRaisesOnlySmallSizes) {
   const Plane wall;
   const WallMetric m(wall, layer(), sizes());

@@ -7,6 +7,8 @@
 #include <fstream>
 
 #include "core/parallel.h"
+#include "tests/vdb/message_of.h"
+#include "tests/vdb/openvdb_oracle.h"
 #include "tests/vdb/test_surfaces.h"
 #include "vdb/surface_io.h"
 
@@ -20,18 +22,6 @@ fs::path scratch(const std::string& name) {
   const fs::path folder = fs::temp_directory_path() / ("lamina_level_set_" + std::to_string(::getpid()));
   fs::create_directories(folder);
   return folder / name;
-}
-
-std::string message_of(ErrorCode code, const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    EXPECT_EQ(e.code(), code) << e.what();
-    EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);
-    return e.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return "";
 }
 
 LevelSetOptions coarse() {
@@ -181,6 +171,80 @@ TEST(LevelSet, WriteAndReadBack) {
   EXPECT_NEAR(LevelSet::from_vdb(scratch("again.vdb"), {}).phi({1.4, 0.0, 0.0}), back.phi({1.4, 0.0, 0.0}),
               2e-4);
   fs::remove_all(path.parent_path());
+}
+
+// h and the logarithm of the metric, against the metric itself, at aspect ratios of 1e5.
+TEST(LevelSet, WritesTheMetric) {
+  const fs::path path = scratch("metric.vdb");
+  const LevelSet wall = LevelSet::from_surface(sphere(0.5, 20), coarse());
+  BoundaryLayer layer;
+  layer.h_min = 1e-6;
+  layer.layers = 5;
+  SizeOptions sizes;
+  sizes.h2 = sizes.h1 = 0.1;
+  sizes.domain = wall.bounds().padded(1.0);
+  sizes.box2 = wall.bounds().padded(0.5);
+  const WallMetric metric(wall, layer, sizes);
+  wall.write(path, &metric);
+  const auto voxels = openvdb_oracle::active_voxels(path, "surface");
+  const auto h = openvdb_oracle::active_vectors(path, "h");
+  const auto diagonal = openvdb_oracle::active_vectors(path, "logM_diag");
+  const auto off = openvdb_oracle::active_vectors(path, "logM_off");
+  ASSERT_EQ(static_cast<std::int64_t>(voxels.size()), wall.report().active_voxels);
+  ASSERT_EQ(h.size(), voxels.size());
+  ASSERT_EQ(off.size(), voxels.size());
+  for (std::size_t i = 0; i < voxels.size(); i += 7) {
+    const WallSample truth = metric.sample(voxels[i].x);
+    const Vec3 along(truth.metric.size_along(truth.wall.N), truth.metric.size_along(truth.wall.T1),
+                     truth.metric.size_along(truth.wall.T2));
+    EXPECT_LT((h[i].array() / along.array() - 1.0).abs().maxCoeff(), 1e-7);
+    const Vec3 &d = diagonal[i], &o = off[i];
+    const Vec3 read = Metric<3>::from_log({d[0], o[0], d[1], o[1], o[2], d[2]}).principal().sizes;
+    EXPECT_LT((read.array() / truth.metric.principal().sizes.array() - 1.0).abs().maxCoeff(), 1e-6);
+  }
+  fs::remove_all(path.parent_path());
+}
+
+TEST(LevelSet, SamplesAreThoseOfSinglePoints) {
+  const LevelSet wall = LevelSet::from_surface(torus(1.0, 0.3, 60, 20), coarse());
+  Dice dice(8);
+  std::vector<Vec3> points(20000);
+  for (Vec3& x : points) x = dice.point({-2, -2, -1}, {2, 2, 1});
+  for (const int threads : {1, 2, 3, 8}) {
+    const ThreadLimit limit(threads);
+    std::vector<WallPoint> found(points.size());
+    std::vector<double> phi(points.size());
+    wall.sample(points, found);
+    wall.sample_phi(points, phi);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const WallPoint one = wall.at(points[i]);
+      ASSERT_EQ(found[i].phi, one.phi);
+      ASSERT_EQ(found[i].closest, one.closest);
+      ASSERT_EQ(found[i].T1, one.T1);
+      ASSERT_EQ(found[i].k2, one.k2);
+      ASSERT_EQ(found[i].reliability, one.reliability);
+      ASSERT_EQ(phi[i], one.phi);
+    }
+  }
+  wall.sample({}, {});
+  for (const Vec3& x : points) {
+    const double exact = std::abs(wall.phi(x)), near = wall.distance(x, 0.01);
+    ASSERT_GE(near, exact);
+    ASSERT_LE(near, 1.01 * exact);
+  }
+}
+
+TEST(LevelSet, ReliabilityFallsWhereCurvatureIsPoorlyKnown) {
+  const auto of = [](const Surface& s, const Vec3& x) {
+    return LevelSet::from_surface(s, coarse()).at(x).reliability;
+  };
+  EXPECT_GT(of(sphere(0.5, 20), {0.1, 0.2, 0.6}), 0.95);
+  const double coarse_sphere = of(sphere(0.5, 2), {0.1, 0.2, 0.6});  // turns by 0.5 per facet
+  EXPECT_GT(coarse_sphere, 0.2);
+  EXPECT_LT(coarse_sphere, 0.8);
+  EXPECT_EQ(of(box({-1, -1, -1}, {1, 1, 1}), {0.1, 0.2, 2.0}), 1.0);
+  EXPECT_EQ(of(box({-1, -1, -1}, {1, 1, 1}), {2.0, 2.0, 0.1}), 0.0);  // the ray of an edge
+  EXPECT_EQ(of(box({-1, -1, -1}, {1, 1, 1}), {2.0, 2.0, 2.0}), 0.0);  // of a corner
 }
 
 TEST(LevelSet, WritesBodiesTooSmallForOpenVdb) {

@@ -11,13 +11,23 @@
 namespace lamina::openvdb_oracle {
 namespace {
 
-openvdb::FloatGrid::Ptr read(const std::filesystem::path& path, const std::string& name) {
+template <class GridT>
+typename GridT::Ptr read(const std::filesystem::path& path, const std::string& name) {
   openvdb::initialize();
   openvdb::io::File file(path.string());
   file.open(false);
-  const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid(name));
-  if (!grid) throw std::runtime_error(path.string() + ": " + name + " is no float grid");
+  const auto grid = openvdb::gridPtrCast<GridT>(file.readGrid(name));
+  if (!grid) throw std::runtime_error(path.string() + ": " + name + " is of another type");
   return grid;
+}
+
+openvdb::math::Transform::Ptr to_vdb(const Transform& transform) {
+  openvdb::math::Mat4d m(openvdb::math::Mat4d::identity());
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) m(j, i) = transform.A(i, j);
+    m(3, i) = transform.origin[i];
+  }
+  return openvdb::math::Transform::createLinearTransform(m);
 }
 
 Vec3 to_vec(const openvdb::Vec3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -27,15 +37,10 @@ Vec3 to_vec(const openvdb::Vec3d& v) { return {v.x(), v.y(), v.z()}; }
 void write_level_set(const std::filesystem::path& path, const Transform& transform, const Box<3>& bounds,
                      double half_width, const std::function<double(const Vec3&)>& phi) {
   openvdb::initialize();
-  openvdb::math::Mat4d m(openvdb::math::Mat4d::identity());
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) m(j, i) = transform.A(i, j);
-    m(3, i) = transform.origin[i];
-  }
   const auto grid = openvdb::FloatGrid::create(static_cast<float>(half_width));
   grid->setName("surface");
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  grid->setTransform(openvdb::math::Transform::createLinearTransform(m));
+  grid->setTransform(to_vdb(transform));
   const Mat3 to_index = transform.A.inverse();
   Box<3> box;
   for (int c = 0; c < 8; ++c)
@@ -55,8 +60,19 @@ void write_level_set(const std::filesystem::path& path, const Transform& transfo
   openvdb::io::File(path.string()).write({grid});
 }
 
+void write_painted(const std::filesystem::path& path, const std::string& name, const Transform& transform,
+                   const std::vector<Painted>& boxes) {
+  openvdb::initialize();
+  const auto grid = openvdb::FloatGrid::create(0.0F);
+  grid->setName(name);
+  grid->setTransform(to_vdb(transform));
+  for (const Painted& b : boxes)
+    grid->sparseFill({{b.lo[0], b.lo[1], b.lo[2]}, {b.hi[0], b.hi[1], b.hi[2]}}, static_cast<float>(b.value));
+  openvdb::io::File(path.string()).write({grid});
+}
+
 std::vector<Voxel> active_voxels(const std::filesystem::path& path, const std::string& name) {
-  const auto grid = read(path, name);
+  const auto grid = read<openvdb::FloatGrid>(path, name);
   std::vector<Voxel> out;
   out.reserve(grid->activeVoxelCount());
   for (auto it = grid->cbeginValueOn(); it; ++it) {
@@ -66,8 +82,17 @@ std::vector<Voxel> active_voxels(const std::filesystem::path& path, const std::s
   return out;
 }
 
+std::vector<Vec3> active_vectors(const std::filesystem::path& path, const std::string& name) {
+  const auto grid = read<openvdb::Vec3SGrid>(path, name);
+  std::vector<Vec3> out;
+  out.reserve(grid->activeVoxelCount());
+  for (auto it = grid->cbeginValueOn(); it; ++it) out.push_back(to_vec(openvdb::Vec3d(it.getValue())));
+  return out;
+}
+
 std::string check_level_set(const std::filesystem::path& path, const std::string& name, int tests) {
-  return openvdb::tools::checkLevelSet(*read(path, name), static_cast<std::size_t>(tests));
+  return openvdb::tools::checkLevelSet(*read<openvdb::FloatGrid>(path, name),
+                                       static_cast<std::size_t>(tests));
 }
 
 }  // namespace lamina::openvdb_oracle

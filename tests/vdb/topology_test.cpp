@@ -120,7 +120,7 @@ TEST(Curvature, PrincipalFrame) {
   const Vec3 n = Vec3(1, 2, -2) / 3.0, u = n.unitOrthogonal(), v = n.cross(u);
   for (const auto& [a, b] :
        {std::pair{3.0, 1.0}, {-3.0, 1.0}, {3.0, -1.0}, {2.0, 2.0}, {0.0, 0.0}, {-1.0, -4.0}}) {
-    const Frame f = principal_frame(n, to_sym(Mat3(a * u * u.transpose() + b * v * v.transpose())));
+    const Frame f = principal_frame(n, to_sym<3>(Mat3(a * u * u.transpose() + b * v * v.transpose())));
     EXPECT_NEAR(std::abs(f.k1), std::max(std::abs(a), std::abs(b)), 1e-14);
     EXPECT_NEAR(f.k1 + f.k2, a + b, 1e-14);
     EXPECT_GE(std::abs(f.k1), std::abs(f.k2));

@@ -260,20 +260,12 @@ void average_tensors(const std::vector<GroupDraft>& drafts, const Topology& topo
         weight += topo.areas[t];
       }
       const Mat3 p = Mat3::Identity() - draft.normal * draft.normal.transpose();
-      if (weight > 0.0) out.shapes[static_cast<std::size_t>(id)].shape = to_sym(p * (sum / weight) * p);
+      if (weight > 0.0) out.shapes[static_cast<std::size_t>(id)].shape = to_sym<3>(p * (sum / weight) * p);
     }
   });
 }
 
 }  // namespace
-
-Sym<3> to_sym(const Mat3& m) { return {m(0, 0), m(0, 1), m(1, 1), m(0, 2), m(1, 2), m(2, 2)}; }
-
-Mat3 to_matrix(const Sym<3>& s) {
-  Mat3 m;
-  m << s[0], s[1], s[3], s[1], s[2], s[4], s[3], s[4], s[5];
-  return m;
-}
 
 Curvature estimate_curvature(const Surface& surface, const Topology& topology) {
   Curvature out;
@@ -308,13 +300,19 @@ Curvature estimate_curvature(const Surface& surface, const Topology& topology) {
   return out;
 }
 
+double reliability(double turn, double scatter) {
+  constexpr double kHalfTurn = 0.5, kHalfScatter = 0.1;  // where it falls to a half
+  const double t = turn / kHalfTurn, s = scatter / kHalfScatter;
+  return 1.0 / (1.0 + t * t + s * s);
+}
+
 Frame principal_frame(const Vec3& n, const Sym<3>& shape) {
   Frame f;
   f.N = n;
   Vec3 u = std::abs(n[0]) > 0.6 ? Vec3(-n[1], n[0], 0.0) : Vec3(0.0, -n[2], n[1]);
   u.normalize();
   const Vec3 v = n.cross(u);
-  const Mat3 m = to_matrix(shape);
+  const Mat3 m = to_matrix<3>(shape);
   const double a = u.dot(m * u), b = u.dot(m * v), c = v.dot(m * v);
   const double mean = 0.5 * (a + c), diff = 0.5 * (a - c), r = std::sqrt(diff * diff + b * b);
   if (!std::isfinite(r) || !std::isfinite(mean)) {
@@ -343,14 +341,22 @@ Frame interpolate_frame(const Curvature& curvature, Index facet, const std::arra
   const std::array<Index, 3>& ids = curvature.corner_shapes[static_cast<std::size_t>(facet)];
   Vec3 n = Vec3::Zero();
   Sym<3> shape{};
+  double reliability = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
     const VertexShape& v = curvature.shapes[static_cast<std::size_t>(ids[k])];
     n += bary[k] * v.normal;
+    reliability += bary[k] * v.reliability;
     for (std::size_t i = 0; i < 6; ++i) shape[i] += bary[k] * v.shape[i];
   }
   const double length = n.norm();
-  if (length > 0.1) return principal_frame(n / length, shape);
-  return principal_frame(fallback.isZero() ? Vec3(Vec3::UnitZ()) : fallback, shape);
+  if (length > 0.1) {
+    n /= length;
+  } else {
+    n = fallback.isZero() ? Vec3(Vec3::UnitZ()) : fallback;
+  }
+  Frame f = principal_frame(n, shape);
+  f.reliability = reliability;
+  return f;
 }
 
 }  // namespace lamina::detail

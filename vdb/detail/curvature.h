@@ -18,6 +18,7 @@ namespace lamina::detail {
 struct VertexShape {
   Vec3 normal = Vec3::UnitZ();
   Sym<3> shape{};  ///< xx, xy, yy, xz, yz, zz; normal is in its kernel
+  double reliability = 1.0;
 };
 
 /// A smooth group of corners at a vertex.
@@ -41,16 +42,18 @@ Curvature estimate_curvature(const Surface& surface, const Topology& topology);
 struct Frame {
   Vec3 N, T1, T2;
   double k1 = 0.0, k2 = 0.0;  ///< |k1| >= |k2|
+  double reliability = 1.0;
 };
 
 /// Frame at barycentric coordinates of a facet. Never NaN; `fallback` is the facet's normal.
 Frame interpolate_frame(const Curvature& curvature, Index facet, const std::array<double, 3>& bary,
                         const Vec3& fallback);
 
+/// WallPoint::reliability of a curvature whose normal turns by `turn` radians per facet or voxel and which
+/// differs by the relative `scatter` from place to place.
+double reliability(double turn, double scatter);
+
 /// Principal frame of a symmetric tensor restricted to the plane of the unit vector n.
 Frame principal_frame(const Vec3& n, const Sym<3>& shape);
-
-Sym<3> to_sym(const Mat3& m);
-Mat3 to_matrix(const Sym<3>& s);
 
 }  // namespace lamina::detail

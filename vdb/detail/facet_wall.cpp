@@ -109,6 +109,7 @@ bool FacetWall::fill_ray(const TriangleHit& hit, double sign, WallPoint& wall) c
   const double d = std::sqrt(hit.d2);
   wall.N = d > tiny_ ? Vec3(hit.offset.normalized() * sign) : feature_normal(hit);
   wall.k1 = std::numeric_limits<double>::infinity();
+  wall.reliability = 0.0;
   if (corner) {
     wall.feature = WallFeature::kCorner;
     wall.k2 = wall.k1;
@@ -138,6 +139,7 @@ WallPoint FacetWall::describe(const TriangleHit& hit, double sign) const {
     wall.T2 = side * f.T2;
     wall.k1 = side * f.k1;
     wall.k2 = side * f.k2;
+    wall.reliability = f.reliability;
   }
   features_.describe(surface_, hit.triangle, wall);
   if (wall.feature == WallFeature::kCorner) {

@@ -19,13 +19,12 @@ class FacetWall : public WallField {
 
   [[nodiscard]] WallPoint at(const Vec3& x) const override;
   [[nodiscard]] double phi(const Vec3& x) const override;
+  [[nodiscard]] double distance(const Vec3& x, double eps) const override;
   int others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const override;
   [[nodiscard]] Box<3> bounds() const override { return bounds_; }
 
   /// phi(x), found faster when its absolute value is known to be below `limit`.
   [[nodiscard]] double phi_within(const Vec3& x, double limit) const;
-  /// Distance of x with a relative error of at most eps, never too small; unsigned.
-  [[nodiscard]] double distance(const Vec3& x, double eps) const;
 
   [[nodiscard]] Vec3 closest_point(const Vec3& x) const { return bvh_.closest(x).point; }
 

@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "vdb/detail/size_values.h"
 
 namespace lamina::detail {
 
@@ -198,51 +199,107 @@ double stored_scale(double voxel) {
   return scale;
 }
 
-void BandGrid::write(const std::filesystem::path& path, FunctionRef<WallPoint(const Vec3&)> at) const {
-  using openvdb::Vec3SGrid;
-  using openvdb::Vec3STree;
+namespace {
+
+using openvdb::Vec3SGrid;
+using Vec3Leaf = Vec3SGrid::TreeType::LeafNodeType;
+
+// A grid of vectors on the voxels of another.
+struct Companion {
+  Companion(const openvdb::FloatGrid& like, const Lattice& lattice, const char* name,
+            openvdb::VecType vector_type, const char* meaning)
+      : grid(dress<Vec3SGrid>(Vec3SGrid::create(std::make_shared<openvdb::Vec3STree>(
+                                  like.constTree(), openvdb::Vec3s(0.0F), openvdb::TopologyCopy())),
+                              name, lattice)),
+        leaves(leaves_of(grid->tree())) {
+    grid->setVectorType(vector_type);
+    grid->insertMeta("lamina:meaning", openvdb::StringMetadata(meaning));
+  }
+  Vec3SGrid::Ptr grid;
+  std::vector<Vec3Leaf*> leaves;
+};
+
+openvdb::FloatGrid::Ptr painted_copy(const SizeGrid& painted, double scale) {
+  const SizeValues& v = painted.impl().painted;
+  auto grid = openvdb::FloatGrid::create(0.0F);
+  const auto stored = [scale](float size) { return static_cast<float>(scale * size); };
+  for (const SizeCube& cube : v.cubes) {
+    const openvdb::Coord first(cube.origin[0], cube.origin[1], cube.origin[2]);
+    if (cube.values < 0) {
+      grid->fill(openvdb::CoordBBox::createCube(first, cube.side), stored(cube.least), true);
+      continue;
+    }
+    Leaf* leaf = grid->tree().touchLeaf(first);
+    for (openvdb::Index i = 0; i < 512; ++i) {
+      const float size = v.values[static_cast<std::size_t>(cube.values) + i];
+      if (std::isfinite(size)) leaf->setValueOn(i, stored(size));
+    }
+  }
+  dress<openvdb::FloatGrid>(grid, painted.name().c_str(), {scale * v.lattice.A, scale * v.lattice.origin});
+  grid->insertMeta("lamina:meaning", openvdb::StringMetadata("largest element size, a length"));
+  if (scale != 1.0) grid->insertMeta(kScaleMetadata, openvdb::DoubleMetadata(scale));
+  return grid;
+}
+
+// Tensors and sizes are bare numbers to OpenVDB.
+constexpr const char* kNotTurned = " Moving or turning the grid does not turn its values.";
+
+}  // namespace
+
+void BandGrid::write(const std::filesystem::path& path, FunctionRef<Sample(const Vec3&)> at, bool with_metric,
+                     std::span<const SizeGrid> painted) const {
   OutputFile file(path);
   const double scale = stored_scale(unit_);
   const Lattice stored{scale * lattice_.A, scale * lattice_.origin};
   const auto surface = dress<openvdb::FloatGrid>(impl_->grid->deepCopy(), "surface", stored);
   if (scale != 1.0) surface->insertMeta(kScaleMetadata, openvdb::DoubleMetadata(scale));
-  const float unit = static_cast<float>(scale * unit_);
-  const auto frame_grid = [&](const char* name) {
-    const auto tree =
-        std::make_shared<Vec3STree>(surface->constTree(), openvdb::Vec3s(0.0F), openvdb::TopologyCopy());
-    return dress<Vec3SGrid>(Vec3SGrid::create(tree), name, stored);
+  std::vector<Companion> beside;
+  const auto add = [&](const char* name, openvdb::VecType type, const std::string& meaning) {
+    beside.emplace_back(*surface, stored, name, type, meaning.c_str());
   };
-  const Vec3SGrid::Ptr frames[3] = {frame_grid("N"), frame_grid("T1"), frame_grid("k")};
-  frames[0]->setVectorType(openvdb::VEC_COVARIANT_NORMALIZE);
-  frames[1]->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
-  frames[2]->setVectorType(openvdb::VEC_INVARIANT);
+  add("N", openvdb::VEC_COVARIANT_NORMALIZE, "unit normal of the closest wall point, into the fluid");
+  add("T1", openvdb::VEC_CONTRAVARIANT_RELATIVE, "unit principal direction of k1; T2 = N x T1");
+  add("k", openvdb::VEC_INVARIANT,
+      "k1, k2, reliability: principal curvatures of the closest wall point, 1/length, > 0 convex, bounded by "
+      "1000 / voxel; how far they can be relied on, 0 to 1");
+  if (with_metric) {
+    add("h", openvdb::VEC_INVARIANT, std::string("element sizes along N, T1 and T2, lengths.") + kNotTurned);
+    add("logM_diag", openvdb::VEC_INVARIANT,
+        std::string("xx, yy, zz of log(M), M the metric in world axes, 1/length^2.") + kNotTurned);
+    add("logM_off", openvdb::VEC_INVARIANT, std::string("xy, xz, yz of log(M).") + kNotTurned);
+  }
   const auto leaves = leaves_of(surface->tree());
-  const auto n = leaves_of(frames[0]->tree()), t = leaves_of(frames[1]->tree()),
-             k = leaves_of(frames[2]->tree());
-  const double limit = 1e3 / unit_;
+  const float unit = static_cast<float>(scale * unit_);
+  const double limit = 1e3 / unit_, log_scale = 2.0 * std::log(scale);
   for_each_index(
       leaves.size(),
       [&](std::size_t i) {
         for (openvdb::Index v = 0; v < 512; ++v) leaves[i]->setValueOnly(v, leaves[i]->getValue(v) * unit);
         for (auto it = leaves[i]->cbeginValueOn(); it; ++it) {
-          const WallPoint w = at(world_of(lattice_, it.getCoord()));
-          n[i]->setValueOnly(it.pos(), to_vdb(w.N));
-          t[i]->setValueOnly(it.pos(), to_vdb(w.T1));
-          k[i]->setValueOnly(
-              it.pos(),
-              to_vdb(Vec3(std::clamp(w.k1, -limit, limit), std::clamp(w.k2, -limit, limit), 0.0) / scale));
+          const Sample s = at(world_of(lattice_, it.getCoord()));
+          const Sym<3>& m = s.log_metric;
+          const Vec3 values[6] = {s.wall.N,
+                                  s.wall.T1,
+                                  {std::clamp(s.wall.k1, -limit, limit) / scale,
+                                   std::clamp(s.wall.k2, -limit, limit) / scale, s.wall.reliability},
+                                  scale * s.h,
+                                  Vec3(m[0], m[2], m[5]) - Vec3::Constant(log_scale),
+                                  {m[1], m[3], m[4]}};
+          for (std::size_t g = 0; g < beside.size(); ++g)
+            beside[g].leaves[i]->setValueOnly(it.pos(), to_vdb(values[g]));
         }
       },
       8);
   openvdb::tools::changeBackground(surface->tree(), surface->background() * unit);
+  openvdb::GridCPtrVec grids{surface};
+  for (const Companion& c : beside) grids.push_back(c.grid);
   openvdb::MetaMap meta;
   meta.insertMeta("creator", openvdb::StringMetadata("Lamina"));
-  meta.insertMeta("lamina:k", openvdb::StringMetadata(
-                                  "principal curvatures, 1/length, > 0 convex, bounded by 1000 / voxel"));
   try {
+    for (const SizeGrid& p : painted) grids.push_back(painted_copy(p, scale));
     CheckedArchive out;
     out.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-    if (!out.write_file(file.temporary_path(), {surface, frames[0], frames[1], frames[2]}, meta))
+    if (!out.write_file(file.temporary_path(), grids, meta))
       throw Error(ErrorCode::kFileWrite,
                   fmt::format("{}: cannot be written: is the disk full?", path.string()));
   } catch (const openvdb::Exception& e) {

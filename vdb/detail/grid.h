@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "core/parallel.h"
 #include "vdb/detail/sparse.h"
 #include "vdb/level_set.h"
+#include "vdb/size_grid.h"
 #include "vdb/surface.h"
 
 namespace lamina::detail {
@@ -50,8 +52,15 @@ class BandGrid {
   [[nodiscard]] std::int64_t active_voxels() const;
   [[nodiscard]] double bytes() const;
 
-  /// Grids surface (world units), N, T1, k, all lengths times stored_scale(voxel()). Errors: kFileWrite.
-  void write(const std::filesystem::path& path, FunctionRef<WallPoint(const Vec3&)> at) const;
+  /// The grids of LevelSet::write, all lengths times stored_scale(voxel()). h and log_metric of the samples
+  /// are written when `with_metric`. Errors: kFileWrite.
+  struct Sample {
+    WallPoint wall;
+    Vec3 h = Vec3::Zero();
+    Sym<3> log_metric{};
+  };
+  void write(const std::filesystem::path& path, FunctionRef<Sample(const Vec3&)> at, bool with_metric,
+             std::span<const SizeGrid> painted) const;
 
  private:
   struct Impl;

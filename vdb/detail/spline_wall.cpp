@@ -129,14 +129,16 @@ WallPoint SplineWall::describe(const Foot& foot) const {
   Sample s = sample(blur_passes_ > 0 ? blurred_ : values_, foot.q);
   if (!(s.g.norm() > 0.0)) s = sample(values_, foot.q);
   const double g = s.g.norm();
+  w.reliability = 0.0;
   if (!(g > 0.0)) return w;
-  const Frame f = principal_frame(s.g / g, to_sym(s.H / g));
+  const Frame f = principal_frame(s.g / g, to_sym<3>(s.H / g));
   w.N = f.N;
   w.T1 = f.T1;
   w.T2 = f.T2;
   const double sharpest = kSharpest / voxel_;
   w.k1 = std::clamp(f.k1, -sharpest, sharpest);
   w.k2 = std::clamp(f.k2, -sharpest, sharpest);
+  w.reliability = reliability(f.k1 * voxel_ * std::max(1.0, blur()), 0.0);
   return w;
 }
 

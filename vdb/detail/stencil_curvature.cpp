@@ -102,7 +102,7 @@ std::vector<double> scatter(const FacetWall& wall) {
   };
   std::vector<Invariants> own(c.shapes.size());
   for (std::size_t i = 0; i < own.size(); ++i) {
-    const Mat3 m = to_matrix(c.shapes[i].shape);
+    const Mat3 m = to_matrix<3>(c.shapes[i].shape);
     own[i] = {m.trace(), size_of(m)};
   }
   const auto over_ring = [&](const CornerGroup& g, auto&& visit) { visit_ring(wall, g, visit); };
@@ -176,7 +176,7 @@ Estimate estimate(const SparseGrid& grid, const Lattice& lattice, const Vec3& q,
   if (e.normal.dot(of_facets.normal) < kAlign || (s.H * e.normal).norm() > kSkew) return e;
   const Mat3 p = Mat3::Identity() - e.normal * e.normal.transpose();
   e.shape = p * s.H * p / (g * dx);
-  const Frame f = principal_frame(e.normal, to_sym(e.shape));
+  const Frame f = principal_frame(e.normal, to_sym<3>(e.shape));
   e.valid = kGaussianSigma * dx * std::abs(f.k1) < kBlur;
   return e;
 }
@@ -189,13 +189,13 @@ double difference(const Mat3& a, const Mat3& b) {
 // Returns true when the vertex takes the estimate of the grids.
 bool settle(const Vertex& v, VertexShape& shape) {
   if (!v.taken.valid) return false;
-  const Mat3 facets = to_matrix(shape.shape);
+  const Mat3 facets = to_matrix<3>(shape.shape);
   Estimate e = v.taken;
   if (v.above.valid && difference(e.shape, v.above.shape) > kNoisy && difference(e.shape, facets) > kNoisy &&
       difference(v.above.shape, facets) > kNoisy)
     e = v.above;
   shape.normal = e.normal;
-  shape.shape = to_sym(e.shape);
+  shape.shape = to_sym<3>(e.shape);
   return true;
 }
 
@@ -205,6 +205,16 @@ BandGrid make_level(const FacetWall& wall, const BandGrid& base, int level, doub
                                          base.lattice().origin);
   grid.polish([&](const Vec3& x, double bound) { return wall.phi_within(x, bound); });
   return grid;
+}
+
+void rate_shapes(FacetWall& wall) {
+  const std::vector<double> rough = scatter(wall);
+  Curvature& c = wall.curvature();
+  for (const CornerGroup& g : c.groups) {
+    VertexShape& v = c.shapes[static_cast<std::size_t>(g.shape)];
+    const double bend = principal_frame(v.normal, v.shape).k1;
+    v.reliability = reliability(g.facet_width * bend, rough[static_cast<std::size_t>(g.shape)]);
+  }
 }
 
 }  // namespace
@@ -245,6 +255,7 @@ std::int64_t refine_by_stencils(FacetWall& wall, const BandGrid& base, double ha
     replaced += settle(
         v, curvature
                .shapes[static_cast<std::size_t>(curvature.groups[static_cast<std::size_t>(v.group)].shape)]);
+  rate_shapes(wall);
   return replaced;
 }
 

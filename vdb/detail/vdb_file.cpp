@@ -19,6 +19,7 @@
 
 #include "core/error.h"
 #include "vdb/detail/grid.h"
+#include "vdb/detail/size_values.h"
 
 namespace lamina {
 namespace {
@@ -118,27 +119,29 @@ std::string list_grids(const std::vector<NamedGrid>& grids) {
   return out.empty() ? "none" : out;
 }
 
+// By its name, or by the name with a number that tells grids of one name apart ("density[1]").
+const NamedGrid* named(const std::vector<NamedGrid>& grids, const std::string& name) {
+  for (const NamedGrid& g : grids)
+    if (g.name == name || g.grid->getName() == name) return &g;
+  return nullptr;
+}
+
 const NamedGrid& choose(const std::vector<NamedGrid>& grids, const std::filesystem::path& path,
                         const LevelSetOptions& options) {
-  const auto by_name = [&](const std::string& name) -> const NamedGrid* {
-    for (const NamedGrid& g : grids)
-      if (g.name == name || g.grid->getName() == name) return &g;
-    return nullptr;
-  };
   const auto only = [&](auto&& wanted) -> const NamedGrid* {
     const auto count = std::count_if(grids.begin(), grids.end(), wanted);
     return count == 1 ? &*std::find_if(grids.begin(), grids.end(), wanted) : nullptr;
   };
   const NamedGrid* found = nullptr;
   if (!options.grid.empty()) {
-    found = by_name(options.grid);
+    found = named(grids, options.grid);
   } else if (options.iso) {
     found = only([](const NamedGrid& g) { return g.grid->getGridClass() == openvdb::GRID_FOG_VOLUME; });
-    if (found == nullptr) found = by_name("density");
+    if (found == nullptr) found = named(grids, "density");
     if (found == nullptr && grids.size() == 1) found = grids.data();
   } else {
     found = only([](const NamedGrid& g) { return g.grid->getGridClass() == openvdb::GRID_LEVEL_SET; });
-    if (found == nullptr) found = by_name("surface");
+    if (found == nullptr) found = named(grids, "surface");
     if (found == nullptr && grids.size() == 1) found = grids.data();
   }
   if (found != nullptr) return *found;
@@ -314,6 +317,70 @@ detail::LoadedGrid convert(const GridT& grid, const Source& from, double scale) 
   return out;
 }
 
+// World units per stored unit of length, see kScaleMetadata.
+double stored_unit(const NamedGrid& g, const std::filesystem::path& path, double scale) {
+  const auto stored = g.grid->getMetadata<openvdb::DoubleMetadata>(detail::kScaleMetadata);
+  if (!stored) return scale;
+  if (!(stored->value() >= 1.0))
+    refuse(path, g.name,
+           fmt::format("has {} = {:g}: it must be at least 1", detail::kScaleMetadata, stored->value()));
+  return scale / stored->value();
+}
+
+void require_linear(const NamedGrid& g, const std::filesystem::path& path) {
+  if (!g.grid->transform().isLinear())
+    refuse(path, g.name, "has a frustum transform: resample it to straight voxels");
+}
+
+double valid_size(double value, const openvdb::Coord& c, const openvdb::GridBase& grid,
+                  const std::filesystem::path& path, const std::string& name) {
+  if (value > 0.0 && value < std::numeric_limits<float>::max()) return value;
+  const openvdb::Vec3d w = grid.indexToWorld(c);
+  refuse(
+      path, name,
+      fmt::format("holds {:g} at ({:g}, {:g}, {:g}): a size is a length above 0; deactivate the voxels that "
+                  "ask for none",
+                  value, w[0], w[1], w[2]));
+}
+
+template <class GridT>
+detail::SizeValues read_sizes(const GridT& grid, const std::filesystem::path& path, const std::string& name,
+                              double scale) {
+  detail::SizeValues out;
+  out.lattice = lattice_of(grid.transform(), scale);
+  if (!(std::abs(out.lattice.A.determinant()) > 0.0)) refuse(path, name, "has a singular transform");
+  const auto size = [&](double value, const openvdb::Coord& c) {
+    return static_cast<float>(scale * valid_size(value, c, grid, path, name));
+  };
+  for (auto it = grid.tree().cbeginValueOn(); it; ++it) {
+    if (!it.isTileValue()) continue;
+    const openvdb::CoordBBox box = it.getBoundingBox();
+    const openvdb::Coord& o = box.min();
+    out.cubes.push_back({.origin = {o.x(), o.y(), o.z()},
+                         .side = box.dim().x(),
+                         .least = size(static_cast<double>(it.getValue()), o)});
+  }
+  for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+    if (leaf->isEmpty()) continue;
+    const openvdb::Coord& o = leaf->origin();
+    detail::SizeCube cube{.origin = {o.x(), o.y(), o.z()},
+                          .values = static_cast<std::int64_t>(out.values.size()),
+                          .least = std::numeric_limits<float>::infinity()};
+    cube.octants.fill(cube.least);
+    out.values.resize(out.values.size() + 512, cube.least);
+    for (auto it = leaf->cbeginValueOn(); it; ++it) {
+      const float value = size(static_cast<double>(it.getValue()), it.getCoord());
+      const openvdb::Index i = it.pos();
+      out.values[static_cast<std::size_t>(cube.values) + i] = value;
+      float& octant = cube.octants[(i >> 8 & 1) << 2 | (i >> 5 & 1) << 1 | (i >> 2 & 1)];
+      octant = std::min(octant, value);
+      cube.least = std::min(cube.least, value);
+    }
+    out.cubes.push_back(cube);
+  }
+  return out;
+}
+
 template <class GridT>
 void add_range(const GridBase& grid, VdbGridInfo& info) {
   const GridT& g = static_cast<const GridT&>(grid);
@@ -338,17 +405,29 @@ detail::LoadedGrid detail::load_grid(const std::filesystem::path& path, const Le
     refuse(path, chosen.name,
            fmt::format("holds {} values: a level set of float or double is needed (the file holds {})",
                        grid.valueType(), list_grids(grids)));
-  if (!grid.transform().isLinear())
-    refuse(path, chosen.name, "has a frustum transform: resample it to straight voxels");
+  require_linear(chosen, path);
   if (grid.activeVoxelCount() == 0) refuse(path, chosen.name, "is empty: it has no active voxels");
-  if (const auto stored = grid.getMetadata<openvdb::DoubleMetadata>(kScaleMetadata)) {
-    if (!(stored->value() >= 1.0))
-      refuse(path, chosen.name,
-             fmt::format("has {} = {:g}: it must be at least 1", kScaleMetadata, stored->value()));
-    scale /= stored->value();
-  }
+  scale = stored_unit(chosen, path, scale);
   if (is_float) return convert(static_cast<const openvdb::FloatGrid&>(grid), from, scale);
   return convert(static_cast<const openvdb::DoubleGrid&>(grid), from, scale);
+}
+
+detail::SizeValues detail::load_sizes(const std::filesystem::path& path, const std::string& name,
+                                      double scale) {
+  const std::vector<NamedGrid> grids = read_all(path);
+  const NamedGrid* found = named(grids, name);
+  if (found == nullptr)
+    throw Error(ErrorCode::kLevelSetGrid, fmt::format("{}: no size grid named '{}'; it holds {}",
+                                                      path.string(), name, list_grids(grids)));
+  const GridBase& grid = *found->grid;
+  require_linear(*found, path);
+  if (grid.activeVoxelCount() == 0) refuse(path, found->name, "is empty: no voxel of it is painted");
+  scale = stored_unit(*found, path, scale);
+  if (grid.isType<openvdb::FloatGrid>())
+    return read_sizes(static_cast<const openvdb::FloatGrid&>(grid), path, found->name, scale);
+  if (grid.isType<openvdb::DoubleGrid>())
+    return read_sizes(static_cast<const openvdb::DoubleGrid&>(grid), path, found->name, scale);
+  refuse(path, found->name, fmt::format("holds {} values: sizes are float or double", grid.valueType()));
 }
 
 std::vector<VdbGridInfo> vdb_info(const std::filesystem::path& path) {
