@@ -1,5 +1,5 @@
-// clean() in order: weld, cut neighbours at slivers, drop degenerate and duplicate triangles, orient,
-// measure, warn.
+// clean() in order: weld, cut neighbours at slivers, drop degenerate and duplicate triangles, orient, tell
+// the repairs, measure, warn.
 #include "vdb/surface.h"
 
 #include <fmt/core.h>
@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/words.h"
 #include "vdb/detail/surface_topology.h"
 
 namespace lamina {
@@ -108,29 +109,92 @@ void warn_of_size(const Surface& surface, const std::string& name, SurfaceReport
 void warn(const Surface& surface, const std::string& name, const EdgeFindings& findings,
           SurfaceReport& report) {
   auto& warnings = report.warnings;
-  if (report.nonfinite + report.degenerate + report.duplicate > 0)
-    warnings.push_back(fmt::format(
-        "{}: {} of {} triangles dropped: {} with coordinates that are not finite, {} without area, {} "
-        "duplicate",
-        name, report.nonfinite + report.degenerate + report.duplicate, report.triangles_read,
-        report.nonfinite, report.degenerate, report.duplicate));
-  if (report.flipped > 0)
-    warnings.push_back(fmt::format("{}: {} of {} triangles turned to orient the shells outward", name,
-                                   report.flipped, report.triangles));
   if (report.open_edges > 0)
-    warnings.push_back(fmt::format("{}: not closed: {} open edges, {:.4g} long in all, one at {}", name,
-                                   report.open_edges, findings.open_length, text(findings.open_at)));
+    warnings.push_back(fmt::format("{}: not closed: {}, {:.4g} long in all, one at {}", name,
+                                   counted(report.open_edges, "open edge"), findings.open_length,
+                                   text(findings.open_at)));
   if (report.nonmanifold_edges > 0)
-    warnings.push_back(fmt::format("{}: {} edges with more than two triangles, one at {}", name,
-                                   report.nonmanifold_edges, text(findings.nonmanifold_at)));
+    warnings.push_back(fmt::format("{}: {} with more than two triangles, one at {}", name,
+                                   counted(report.nonmanifold_edges, "edge"), text(findings.nonmanifold_at)));
   if (report.misoriented_edges > 0)
-    warnings.push_back(
-        fmt::format("{}: {} edges whose triangles cannot be oriented alike (a one-sided surface)", name,
-                    report.misoriented_edges));
+    warnings.push_back(fmt::format("{}: {} whose triangles cannot be oriented alike (a one-sided surface)",
+                                   name, counted(report.misoriented_edges, "edge")));
   if (report.shells > 1)
     warnings.push_back(
         fmt::format("{}: {} separate shells; where they overlap their union is meant", name, report.shells));
   warn_of_size(surface, name, report);
+}
+
+/// What clean() did to the triangles.
+struct Repairs {
+  detail::Welded welded;
+  std::int64_t cut = 0, degenerate = 0;
+  detail::Duplicates duplicates;
+  detail::Turned turned;
+};
+
+/// "1 shell whole (inside out in the file) and 2 shells in part (7 triangles against their neighbours)".
+std::string turned_shells(const detail::Turned& turned) {
+  std::string words;
+  if (turned.whole > 0) words = counted(turned.whole, "shell") + " whole (inside out in the file)";
+  if (turned.mixed > 0)
+    words += fmt::format("{}{} in part ({} against the others of the shell)", words.empty() ? "" : " and ",
+                         counted(turned.mixed, "shell"), counted(turned.in_mixed, "triangle"));
+  return words;
+}
+
+/// Enters the repairs into the report, counts and one line for each kind. Those that change the shape, rather
+/// than how it is written down, are warnings as well.
+void tell_repairs(const Repairs& r, const std::string& name, SurfaceReport& report) {
+  report.nonfinite = r.welded.dropped;
+  report.merged = r.welded.merged;
+  report.negative_zeros = r.welded.negative_zeros;
+  report.cut = r.cut;
+  report.degenerate = r.degenerate;
+  report.duplicate = r.duplicates.copies + r.duplicates.walls;
+  report.flipped = r.turned.triangles;
+  report.shells_turned = r.turned.whole;
+  report.shells_mixed = r.turned.mixed;
+  const auto tell = [&](std::int64_t count, bool warns, const std::string& words) {
+    if (count == 0) return;
+    report.repairs.push_back(words);
+    if (warns) report.warnings.push_back(name + ": " + words);
+  };
+  const auto dropped = [&](std::int64_t count, std::string_view why) {
+    tell(count, true, fmt::format("{} dropped: {}", counted(count, "triangle"), why));
+  };
+  dropped(r.welded.dropped, "coordinates that are not finite or beyond 1e100");
+  tell(r.welded.merged, false,
+       counted(r.welded.merged, "point") +
+           " merged with one of the same coordinates, so that neighbours share corners");
+  tell(r.welded.negative_zeros, false,
+       counted(r.welded.negative_zeros, "coordinate") +
+           " changed from -0.0 to 0.0, so that equal points have equal bits");
+  tell(r.cut, true,
+       counted(r.cut, "triangle") +
+           " without area replaced by a cut of the neighbour, on whose edge a corner lay");
+  dropped(r.degenerate, "without area (equal corners, or corners on one line)");
+  dropped(r.duplicates.copies, "duplicate, with the corners of another one");
+  dropped(r.duplicates.walls, "wall between touching solids, whose facets coincide");
+  tell(r.turned.triangles, true,
+       fmt::format("{} of {} turned to orient the shells outward: {}", r.turned.triangles,
+                   counted(report.triangles, "triangle"), turned_shells(r.turned)));
+}
+
+/// Welds and drops what is no wall. Errors: kSurfaceEmpty.
+void drop_useless(Surface& surface, const std::string& name, Repairs& repairs, const SurfaceReport& report) {
+  repairs.welded = detail::weld(surface);
+  repairs.cut = detail::cut_at_slivers(surface);
+  repairs.degenerate = detail::drop_degenerate(surface);
+  repairs.duplicates = detail::drop_duplicates(surface);
+  const std::int64_t duplicate = repairs.duplicates.copies + repairs.duplicates.walls;
+  if (surface.triangles.empty())
+    throw Error(
+        ErrorCode::kSurfaceEmpty,
+        fmt::format("{}: no usable triangle among {}: {} with coordinates that are not finite, {} without "
+                    "area, {} duplicate",
+                    name, report.triangles_read, repairs.welded.dropped, repairs.degenerate, duplicate));
+  if (repairs.cut + repairs.degenerate + duplicate > 0) detail::number_points(surface);
 }
 
 }  // namespace
@@ -149,20 +213,11 @@ SurfaceReport clean(Surface& surface, const std::string& name) {
   if (report.triangles_read > kMostTriangles)
     throw Error(ErrorCode::kSurfaceInvalid, fmt::format("{}: {} triangles, limit {}; thin the surface out",
                                                         name, report.triangles_read, kMostTriangles));
-  report.nonfinite = detail::weld(surface);
-  const std::int64_t cut = detail::cut_at_slivers(surface);
-  report.degenerate = detail::drop_degenerate(surface);
-  report.duplicate = detail::drop_duplicates(surface);
-  if (surface.triangles.empty())
-    throw Error(
-        ErrorCode::kSurfaceEmpty,
-        fmt::format("{}: no usable triangle among {}: {} with coordinates that are not finite, {} without "
-                    "area, {} duplicate",
-                    name, report.triangles_read, report.nonfinite, report.degenerate, report.duplicate));
-  if (cut + report.degenerate + report.duplicate > 0) detail::number_points(surface);
+  Repairs repairs;
+  drop_useless(surface, name, repairs, report);
   EdgeTable edges(surface);
-  report.flipped = detail::orient(surface, edges);
-  if (report.flipped > 0) {
+  repairs.turned = detail::orient(surface, edges);
+  if (repairs.turned.triangles > 0) {
     detail::number_points(surface);
     edges = EdgeTable(surface);
   }
@@ -170,12 +225,10 @@ SurfaceReport clean(Surface& surface, const std::string& name) {
   report.shells = detail::find_shells(surface, edges, shell);
   report.points = static_cast<std::int64_t>(surface.points.size());
   report.triangles = static_cast<std::int64_t>(surface.triangles.size());
+  tell_repairs(repairs, name, report);
   const EdgeFindings findings = examine_edges(surface, edges, report);
   examine_triangles(surface, report);
   warn(surface, name, findings, report);
-  if (cut > 0)
-    report.warnings.push_back(
-        fmt::format("{}: {} triangles without area replaced by a cut of their neighbour", name, cut));
   return report;
 }
 

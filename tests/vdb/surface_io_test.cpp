@@ -310,7 +310,7 @@ TEST(ReadObj, FlawsLeaveTheRest) {
   EXPECT_TRUE(has(warnings, "(2 in all)"));
   EXPECT_TRUE(has(warnings, "o: line 8: face dropped: fewer than three corners"));
   EXPECT_TRUE(has(warnings, "o: line 11: unknown statement"));
-  EXPECT_TRUE(has(warnings, "1 triangles dropped: they name points beyond the 4 of the file"));
+  EXPECT_TRUE(has(warnings, "1 triangle dropped: it names points beyond the 4 of the file"));
 }
 
 TEST(ReadObj, Errors) {

@@ -157,7 +157,7 @@ TEST(SurfaceClean, NonFiniteTrianglesAreDropped) {
   EXPECT_EQ(r.triangles, 12);
   EXPECT_EQ(r.points, 8);
   EXPECT_TRUE(r.watertight());
-  EXPECT_TRUE(warns(r, "3 with coordinates that are not finite"));
+  EXPECT_TRUE(warns(r, "3 triangles dropped: coordinates that are not finite"));
 }
 
 TEST(SurfaceClean, NothingLeftIsAnError) {
@@ -236,7 +236,7 @@ TEST(SurfaceClean, SliverInATJunctionLeavesNoCrack) {
   EXPECT_TRUE(r.watertight());
   EXPECT_EQ(r.triangles, 6);
   EXPECT_NEAR(r.volume, 1.0 / 6.0, 1e-15);
-  EXPECT_TRUE(warns(r, "1 triangles without area replaced"));
+  EXPECT_TRUE(warns(r, "1 triangle without area replaced"));
 }
 
 TEST(SurfaceClean, StackedSliversLeaveNoCrack) {
@@ -332,7 +332,7 @@ TEST(SurfaceOrient, SolidsSharingOneEdgeAreTurnedOneByOne) {
   EXPECT_EQ(r.shells, 1);
   EXPECT_EQ(r.flipped, 12);
   EXPECT_DOUBLE_EQ(r.volume, 2.0);
-  EXPECT_TRUE(warns(r, "1 edges with more than two triangles, one at (1, 1, 0.5)"));
+  EXPECT_TRUE(warns(r, "1 edge with more than two triangles, one at (1, 1, 0.5)"));
 }
 
 TEST(SurfaceOrient, OpenShellSeenFromInsideIsTurned) {
@@ -397,6 +397,54 @@ TEST(SurfaceClean, TagsFollowTheirTriangles) {
   clean(untagged, "untagged");
   EXPECT_EQ(untagged.tags.size(), 12u);
   EXPECT_EQ(untagged.tag_names.size(), 1u);
+}
+
+/// True when a line of the repairs begins with the text.
+bool repaired(const SurfaceReport& report, const std::string& text) {
+  return std::any_of(report.repairs.begin(), report.repairs.end(),
+                     [&](const std::string& r) { return r.starts_with(text); });
+}
+
+TEST(SurfaceReport, TellsEachRepairWithItsCountAndReason) {
+  const Surface whole = joined({cube({0, 0, 0}, 2.0), inverted(cube({5, 0, 0}, 2.0)), cube({9, 0, 0}, 2.0)});
+  Surface s = soup(whole);
+  std::swap(s.triangles[30][1], s.triangles[30][2]);  // one of the third cube
+  s.points[0][1] = std::copysign(0.0, -1.0);          // moves one copy of a corner of the first one
+  s.points.insert(s.points.end(), {{kNan, 0, 0}, {0, 0, 0}});
+  const auto n = static_cast<Index>(s.points.size());
+  const Triangle copy = s.triangles[35];
+  s.triangles.insert(s.triangles.end(), {{n - 2, 0, 3}, {n - 1, n - 1, 3}, copy});
+  s.tags.resize(s.triangles.size());
+  const SurfaceReport r = clean(s, "mixed");
+  EXPECT_EQ(r.negative_zeros, 1);
+  EXPECT_EQ(r.merged, 3 * 36 + 1 - (r.points + 1));  // the one of the triangle without area went later
+  EXPECT_EQ(r.flipped, 13);
+  EXPECT_EQ(r.shells_turned, 1);
+  EXPECT_EQ(r.shells_mixed, 1);
+  EXPECT_TRUE(repaired(r, "1 triangle dropped: coordinates that are not finite"));
+  EXPECT_TRUE(repaired(r, std::to_string(r.merged) + " points merged"));
+  EXPECT_TRUE(repaired(r, "1 coordinate changed from -0.0 to 0.0"));
+  EXPECT_TRUE(repaired(r, "1 triangle dropped: without area"));
+  EXPECT_TRUE(repaired(r, "1 triangle dropped: duplicate"));
+  EXPECT_TRUE(repaired(r,
+                       "13 of 36 triangles turned to orient the shells outward: 1 shell whole (inside out in "
+                       "the file) and 1 shell in part (1 triangle against the others of the shell)"));
+  EXPECT_EQ(r.repairs.size(), 6u);
+  for (const char* harmless : {"merged", "-0.0"}) EXPECT_FALSE(warns(r, harmless));
+  for (const char* told : {"not finite", "without area", "duplicate", "turned"}) EXPECT_TRUE(warns(r, told));
+}
+
+TEST(SurfaceReport, TellsWallsBetweenSolids) {
+  Surface s = joined({box({0, 0, 0}, {1, 1, 1}), box({1, 0, 0}, {2, 1, 1})});
+  const SurfaceReport r = clean(s, "row");
+  EXPECT_EQ(r.duplicate, 4);
+  EXPECT_TRUE(repaired(r, "2 triangles dropped: duplicate"));
+  EXPECT_TRUE(repaired(r, "2 triangles dropped: wall between touching solids"));
+}
+
+TEST(SurfaceReport, NothingToRepair) {
+  Surface s = cube({0, 0, 0}, 1.0);
+  EXPECT_TRUE(clean(s, "cube").repairs.empty());
 }
 
 TEST(SurfaceReport, FacetSagByHand) {

@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "core/words.h"
 
 namespace lamina::detail {
 namespace {
@@ -219,19 +220,23 @@ void SignRule::classify(const Surface& s, const Topology& topo, const std::vecto
   if (std::find(mode_.begin(), mode_.end(), kWinding) != mode_.end() || submerged > 0)
     name_ = "winding number";
   if (holes > 0)
-    warnings_.push_back(fmt::format(
-        "{} of {} shells have holes: inside is where the winding number exceeds 1/2", holes, topo.shells));
-  if (sheets > 0) warnings_.push_back(fmt::format("{} open shells are taken as two-sided sheets", sheets));
+    warnings_.push_back(fmt::format("{} of {} {} holes: inside is where the winding number exceeds 1/2",
+                                    holes, counted(topo.shells, "shell"), holes == 1 ? "has" : "have"));
+  if (sheets > 0)
+    warnings_.push_back(counted(sheets, "open shell is taken as a two-sided sheet",
+                                "open shells are taken as two-sided sheets"));
   if (sheets == topo.shells)
     warnings_.push_back(
         "nothing but sheets: the distance is nowhere negative, and other programs see no wall in it");
   if (sheets_asked && sheets == 0) warnings_.push_back(kNoSheet);
   if (crossed) {
     warnings_.push_back(
-        fmt::format("{} facets cross others: their union is meshed, {} facets inside it are left out",
-                    std::count(crossing.begin(), crossing.end(), 1), submerged));
+        fmt::format("{} others: their union is meshed, {} inside it left out",
+                    counted(std::count(crossing.begin(), crossing.end(), 1), "facet crosses", "facets cross"),
+                    counted(submerged, "facet")));
   } else if (submerged > 0) {
-    warnings_.push_back(fmt::format("{} facets lie inside the body and are left out", submerged));
+    warnings_.push_back(counted(submerged, "facet lies inside the body and is left out",
+                                "facets lie inside the body and are left out"));
   }
 }
 

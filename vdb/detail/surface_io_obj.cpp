@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/words.h"
 #include "vdb/detail/surface_parse.h"
 
 namespace lamina::detail {
@@ -126,15 +127,14 @@ Surface ObjReader::read(std::vector<std::string>& warnings) {
           fmt::format("{}: no usable face: {} name points beyond the {} of the file, {} cannot be read",
                       name_, dropped, surface_.points.size(), bad_face_.count));
     throw Error(ErrorCode::kSurfaceEmpty,
-                fmt::format("{}: an OBJ file with {} points and no face", name_, surface_.points.size()));
+                fmt::format("{}: an OBJ file with {} and no face", name_,
+                            counted(static_cast<std::int64_t>(surface_.points.size()), "point")));
   }
   warn(warnings, bad_point_, "point without three coordinates; the faces that use it are dropped");
   warn(warnings, bad_face_, "face dropped: an index cannot be read or counts back before the first point");
   warn(warnings, few_corners_, "face dropped: fewer than three corners");
   warn(warnings, unknown_, "unknown statement skipped");
-  if (dropped > 0)
-    warnings.push_back(fmt::format("{}: {} triangles dropped: they name points beyond the {} of the file",
-                                   name_, dropped, surface_.points.size()));
+  if (dropped > 0) warnings.push_back(bad_corners_warning(name_, dropped, surface_.points.size()));
   return std::move(surface_);
 }
 

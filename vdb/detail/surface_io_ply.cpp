@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/words.h"
 #include "vdb/detail/surface_parse.h"
 
 namespace lamina::detail {
@@ -352,15 +353,14 @@ void read_body(Source source, const Header& header, const std::string& name, Sur
       fail(name, fmt::format("no usable face: all {} triangles name points beyond the {} of the file",
                              dropped, surface.points.size()));
     throw Error(ErrorCode::kSurfaceEmpty,
-                fmt::format("{}: a PLY file with {} points and no face", name, surface.points.size()));
+                fmt::format("{}: a PLY file with {} and no face", name,
+                            counted(static_cast<std::int64_t>(surface.points.size()), "point")));
   }
   if (!cut.empty()) warnings.push_back(cut);
-  if (dropped > 0)
-    warnings.push_back(fmt::format("{}: {} triangles dropped: they name points beyond the {} of the file",
-                                   name, dropped, surface.points.size()));
+  if (dropped > 0) warnings.push_back(bad_corners_warning(name, dropped, surface.points.size()));
   if (reader.few_corners.count > 0)
-    warnings.push_back(
-        fmt::format("{}: {} faces dropped: fewer than three corners", name, reader.few_corners.count));
+    warnings.push_back(fmt::format("{}: {} dropped: fewer than three corners", name,
+                                   counted(reader.few_corners.count, "face")));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/words.h"
 #include "vdb/detail/surface_parse.h"
 
 namespace lamina::detail {
@@ -53,17 +54,18 @@ std::size_t facets_to_take(std::string_view bytes, const std::string& name,
   if (room == claimed * kRecord) return claimed;
   if (claimed > whole) {
     warnings.push_back(
-        fmt::format("{}: cut short or wrong count: the header promises {} facets, the file holds {}{}", name,
-                    claimed, whole, room % kRecord != 0 ? " and a piece" : ""));
+        fmt::format("{}: cut short or wrong count: the header promises {}, the file holds {}{}", name,
+                    counted(static_cast<std::int64_t>(claimed), "facet"), whole,
+                    room % kRecord != 0 ? " and a piece" : ""));
     return whole;
   }
   if (room % kRecord == 0 || claimed == 0) {
-    warnings.push_back(
-        fmt::format("{}: the header promises {} facets, the file holds {}: all taken", name, claimed, whole));
+    warnings.push_back(fmt::format("{}: the header promises {}, the file holds {}: all taken", name,
+                                   counted(static_cast<std::int64_t>(claimed), "facet"), whole));
     return whole;
   }
-  warnings.push_back(
-      fmt::format("{}: {} bytes behind the last facet ignored", name, room - claimed * kRecord));
+  warnings.push_back(fmt::format("{}: {} behind the last facet ignored", name,
+                                 counted(static_cast<std::int64_t>(room - claimed * kRecord), "byte")));
   return claimed;
 }
 
@@ -235,8 +237,9 @@ void AsciiReader::warn(std::vector<std::string>& warnings, const Flaw& flaw, con
 void AsciiReader::report(std::vector<std::string>& warnings) const {
   if (cut_ || state_ == State::kLoop || state_ == State::kHead)
     warnings.push_back(
-        fmt::format("{}: cut short: the file ends inside a facet (line {}); {} whole facets kept", name_,
-                    line_at(bytes_, facet_offset_), surface_.triangles.size()));
+        fmt::format("{}: cut short: the file ends inside a facet (line {}); {} kept", name_,
+                    line_at(bytes_, facet_offset_),
+                    counted(static_cast<std::int64_t>(surface_.triangles.size()), "whole facet")));
   else if (solid_open_)
     warnings.push_back(fmt::format("{}: no endsolid at the end: the file may be cut short", name_));
   warn(warnings, bad_number_, "facet dropped: a coordinate is missing or not a number");

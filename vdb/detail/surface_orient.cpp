@@ -50,7 +50,7 @@ class Orienter {
         patch_(surface.triangles.size(), kNone),
         flip_(surface.triangles.size()) {}
 
-  std::int64_t run();
+  Turned run();
 
  private:
   void grow_patch(Index seed);
@@ -251,24 +251,31 @@ void Orienter::find_new_signs() {
   }
 }
 
-std::int64_t Orienter::run() {
+Turned Orienter::run() {
   for (std::size_t t = 0; t < patch_.size(); ++t)
     if (patch_[t] == kNone) grow_patch(static_cast<Index>(t));
   find_closed();
   for (Patch& patch : patches_) measure(patch);
   find_new_signs();
-  std::int64_t flipped = 0;
-  for (const Patch& patch : patches_)
+  Turned out;
+  for (const Patch& patch : patches_) {
+    std::size_t turned = 0;
     for (const Index t : patch.triangles)
       if ((flip_[at(t)] != 0) != (patch.sign != patch.new_sign)) {
         std::swap(surface_.triangles[at(t)][1], surface_.triangles[at(t)][2]);
-        ++flipped;
+        ++turned;
       }
-  return flipped;
+    out.triangles += static_cast<std::int64_t>(turned);
+    if (turned == 0) continue;
+    const bool whole = turned == patch.triangles.size();
+    ++(whole ? out.whole : out.mixed);
+    if (!whole) out.in_mixed += static_cast<std::int64_t>(turned);
+  }
+  return out;
 }
 
 }  // namespace
 
-std::int64_t orient(Surface& surface, const EdgeTable& edges) { return Orienter(surface, edges).run(); }
+Turned orient(Surface& surface, const EdgeTable& edges) { return Orienter(surface, edges).run(); }
 
 }  // namespace lamina::detail

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/words.h"
 
 namespace lamina::detail {
 namespace {
@@ -155,6 +156,11 @@ std::int64_t drop_bad_corners(Surface& surface) {
   surface.triangles.resize(kept);
   surface.tags.resize(kept);
   return dropped;
+}
+
+std::string bad_corners_warning(const std::string& name, std::int64_t dropped, std::size_t points) {
+  return fmt::format("{}: {} points beyond the {} of the file", name,
+                     counted(dropped, "triangle dropped: it names", "triangles dropped: they name"), points);
 }
 
 void check_index_range(std::uint64_t count, const std::string& name, const char* what) {

@@ -82,6 +82,9 @@ void add_fan(Surface& surface, const std::vector<Index>& corners, Index tag);
 /// Removes triangles with a corner out of [0, points.size()); returns how many.
 std::int64_t drop_bad_corners(Surface& surface);
 
+/// The warning that says so, of a file with `points` points.
+std::string bad_corners_warning(const std::string& name, std::int64_t dropped, std::size_t points);
+
 /// Throws kFileUnsupported when `count` points or triangles exceed what Index can number.
 void check_index_range(std::uint64_t count, const std::string& name, const char* what);
 

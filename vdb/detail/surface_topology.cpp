@@ -145,10 +145,11 @@ class DisjointSets {
 
 }  // namespace
 
-std::int64_t weld(Surface& surface) {
+Welded weld(Surface& surface) {
+  Welded out;
   std::vector<char> good(surface.points.size());
   for (std::size_t i = 0; i < good.size(); ++i) good[i] = usable(surface.points[i]) ? 1 : 0;
-  const std::int64_t dropped = filter(surface, [&](std::size_t t) {
+  out.dropped = filter(surface, [&](std::size_t t) {
     const auto& v = surface.triangles[t];
     return good[at(v[0])] != 0 && good[at(v[1])] != 0 && good[at(v[2])] != 0;
   });
@@ -159,11 +160,17 @@ std::int64_t weld(Surface& surface) {
   for (auto& triangle : surface.triangles)
     for (Index& v : triangle) {
       Index& known = number[at(v)];
-      if (known == kNone) known = set.insert(surface.points[at(v)]);
+      if (known == kNone) {
+        const Vec3& p = surface.points[at(v)];
+        known = set.insert(p);
+        for (const double x : p) out.negative_zeros += x == 0.0 && std::signbit(x);
+        ++out.merged;
+      }
       v = known;
     }
+  out.merged -= static_cast<std::int64_t>(points.size());
   surface.points = std::move(points);
-  return dropped;
+  return out;
 }
 
 namespace {
@@ -275,10 +282,10 @@ std::vector<char> mark_duplicates(const Surface& surface, std::vector<Index>& wa
 
 }  // namespace
 
-std::int64_t drop_duplicates(Surface& surface) {
+Duplicates drop_duplicates(Surface& surface) {
   std::vector<Index> wall;
   std::vector<char> keep = mark_duplicates(surface, wall);
-  if (wall.empty()) return filter(surface, [&](std::size_t t) { return keep[t] != 0; });
+  if (wall.empty()) return {filter(surface, [&](std::size_t t) { return keep[t] != 0; }), 0};
   std::vector<char> is_wall(surface.triangles.size(), 0);
   for (const Index t : wall) is_wall[at(t)] = 1;
   std::vector<char> kept_wall;
@@ -315,7 +322,7 @@ std::int64_t drop_duplicates(Surface& surface) {
     const Index patch = patches.root(static_cast<Index>(t));
     return bordered[at(patch)] == 0 || needed[at(patch)] != 0;
   });
-  return copies + walls;
+  return {copies, walls};
 }
 
 void number_points(Surface& surface) {
