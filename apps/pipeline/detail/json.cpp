@@ -69,9 +69,14 @@ Json to_json(const SurfaceReport& s) {
           {"shells", s.shells},
           {"watertight", s.watertight()},
           {"nonfinite", s.nonfinite},
+          {"merged", s.merged},
+          {"negative_zeros", s.negative_zeros},
+          {"cut", s.cut},
           {"degenerate", s.degenerate},
           {"duplicate", s.duplicate},
           {"flipped", s.flipped},
+          {"shells_turned", s.shells_turned},
+          {"shells_mixed", s.shells_mixed},
           {"open_edges", s.open_edges},
           {"nonmanifold_edges", s.nonmanifold_edges},
           {"misoriented_edges", s.misoriented_edges},
@@ -80,7 +85,22 @@ Json to_json(const SurfaceReport& s) {
           {"shortest_edge", s.shortest_edge},
           {"longest_edge", s.longest_edge},
           {"facet_sag", s.facet_sag},
+          {"repairs", s.repairs},
           {"warnings", s.warnings}};
+}
+
+Json to_json(const SurfaceInspection& i) {
+  return {{"crossings",
+           {{"pairs", i.crossing_pairs},
+            {"complete", i.crossings_complete},
+            {"first", i.first_crossing ? to_json(*i.first_crossing) : Json()},
+            {"meaning", i.crossings_words}}},
+          {"sharp_edges", i.sharp_edges},
+          {"corners", i.corners},
+          {"sag",
+           {{"smallest_h_min", i.smallest_h_min},
+            {"per_h_min", i.sag_per_h_min ? Json(*i.sag_per_h_min) : Json()},
+            {"meaning", i.sag_words}}}};
 }
 
 Json to_json(const LevelSetReport& r) {

@@ -6,6 +6,7 @@
 #include "apps/pipeline/case.h"
 #include "mesh/score.h"
 #include "mesh/validate.h"
+#include "vdb/inspect.h"
 #include "vdb/surface.h"
 
 namespace lamina {
@@ -18,6 +19,7 @@ Json to_json(const Box<3>& box);
 Json to_json(const Score& score);
 Json to_json(const Validation& validation);
 Json to_json(const SurfaceReport& surface);
+Json to_json(const SurfaceInspection& inspection);
 Json to_json(const LevelSetReport& level_set);
 Json to_json(const BoundaryLayer& layer);
 /// Tables and keys as in the case file.
