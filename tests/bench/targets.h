@@ -61,6 +61,6 @@ void sign_rows(Table& table);        // A2
 void throughput_rows(Table& table);  // A4
 void wall_rows(Table& table);        // B1 to B5, C1
 void grid_rows(Table& table);        // D1, D2
-void reader_rows(Table& table);      // E1
+void reader_rows(Table& table);      // E1, E2
 
 }  // namespace lamina::targets
