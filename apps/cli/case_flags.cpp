@@ -38,7 +38,9 @@ std::string value_name(const CaseOption& o) {
 
 CaseFlags::CaseFlags(CLI::App& app, const std::vector<std::string>& tables) {
   for (const CaseOption& o : case_options())
-    if (std::find(tables.begin(), tables.end(), o.table) != tables.end()) words_.push_back({.option = &o});
+    if (std::any_of(tables.begin(), tables.end(),
+                    [&](const std::string& t) { return t == o.table || t == o.table + "." + o.key; }))
+      words_.push_back({.option = &o});
   // The parser keeps references to `words`: the vector is complete before the first is handed out.
   for (Words& w : words_) {
     const CaseOption& o = *w.option;

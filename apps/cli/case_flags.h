@@ -15,6 +15,7 @@ namespace lamina::cli {
 /// run.
 class CaseFlags {
  public:
+  /// Of `tables` an entry is a whole table ("flow") or one option ("mesh.threads").
   CaseFlags(CLI::App& app, const std::vector<std::string>& tables);
   CaseFlags(const CaseFlags&) = delete;
   CaseFlags& operator=(const CaseFlags&) = delete;

@@ -10,6 +10,7 @@
 #include "apps/pipeline/pipeline.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/parallel.h"
 
 namespace lamina::cli {
 
@@ -25,7 +26,7 @@ void add_levelset(CLI::App& root, Commands& commands) {
       "  lamina levelset wing.stl --unit mm --voxel 0.005 -o wing.vdb\n"
       "  lamina levelset wing.stl --re 3e6 --size-grid paint.vdb:density -o wing.vdb");
   struct State {
-    explicit State(CLI::App& a) : flags(a, {"body", "flow", "sizes", "domain", "levelset"}) {}
+    explicit State(CLI::App& a) : flags(a, {"body", "flow", "sizes", "domain", "levelset", "mesh.threads"}) {}
     [[nodiscard]] bool with_metric() const { return metric || flags.given({"flow", "sizes", "domain"}); }
     CaseFlags flags;
     std::string out;
@@ -42,6 +43,7 @@ void add_levelset(CLI::App& root, Commands& commands) {
            throw Error(ErrorCode::kUsage, fmt::format("{}: a level set is written as .vdb", state->out));
          OutputSet outputs;
          outputs.expect(state->out, c.body);
+         const ThreadLimit limit(c.threads);
          Terminal terminal(state->flags.verbosity());
          StageRecorder stages(&terminal);
          stages.stage("level set");

@@ -1,6 +1,5 @@
 #include "apps/pipeline/picture.h"
 
-#include <cairo/cairo.h>  // found without the include path that the library keeps to itself
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "apps/pipeline/detail/color_map.h"
 #include "core/error.h"
+#include "tests/apps/image.h"
 #include "tests/mesh/lattice.h"
 #include "tests/mesh/scratch.h"
 
@@ -46,32 +46,6 @@ PictureOptions half_way() {
   o.layer_top = 0.1;
   return o;
 }
-
-/// Pixels of a .png.
-class Image {
- public:
-  explicit Image(const std::filesystem::path& path)
-      : surface_(cairo_image_surface_create_from_png(path.c_str()), cairo_surface_destroy) {}
-  [[nodiscard]] int width() const { return cairo_image_surface_get_width(surface_.get()); }
-  [[nodiscard]] int height() const { return cairo_image_surface_get_height(surface_.get()); }
-  [[nodiscard]] std::array<int, 3> at(int x, int y) const {
-    const unsigned char* p = cairo_image_surface_get_data(surface_.get()) +
-                             static_cast<std::ptrdiff_t>(y) * cairo_image_surface_get_stride(surface_.get()) +
-                             4 * x;
-    return {p[2], p[1], p[0]};
-  }
-  /// Pixels for which `wanted` holds.
-  template <class Wanted>
-  [[nodiscard]] int count(Wanted&& wanted) const {
-    int n = 0;
-    for (int y = 0; y < height(); ++y)
-      for (int x = 0; x < width(); ++x) n += wanted(at(x, y));
-    return n;
-  }
-
- private:
-  std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> surface_;
-};
 
 bool is_red(const std::array<int, 3>& c) { return c[0] > 180 && c[1] < 60 && c[2] < 70; }
 bool is_blue(const std::array<int, 3>& c) { return c[2] > 170 && c[0] < 70 && c[1] < 110; }

@@ -121,6 +121,21 @@ class BadInput(Case):
         self.refuse_mesh("--size-grid", f"{grid}:N", needles=("painted.vdb", "'N'", "float"))
         self.refuse_mesh("--size-grid", f"{grid}:surface", needles=("painted.vdb", "'surface'", "length above 0"))
 
+    def test_view_of_the_other_kind(self):
+        for words in (("--plane", "y=0"), ("--window", 0, 0, 1, 1), ("--layer-top", 0.1)):
+            with self.subTest(words=words):
+                self.refuse("view", self.sphere, *words, "-o", self.out / "a.png", needles=(words[0], "body"))
+        mesh = self.dir / "m.mesh"
+        mesh.write_text("MeshVersionFormatted 2\nDimension 2\nVertices\n3\n0 0 0\n1 0 0\n0 1 0\n"
+                        "Triangles\n1\n1 2 3 0\nEnd\n")
+        for words in (("--from", 0, 0), ("--up", "x"), ("--zoom", 2), ("--unit", "mm"), ("--look-at", 0, 0, 0)):
+            with self.subTest(words=words):
+                self.refuse("view", mesh, *words, "-o", self.out / "a.png", needles=("a mesh is drawn as a slice",))
+        for words in (("--up", "w"), ("--from", "a", 0), ("--from", 0, 95), ("--zoom", 0), ("--color", "curvatur")):
+            with self.subTest(words=words):
+                self.refuse("view", self.sphere, *words, "-o", self.out / "a.png",
+                            needles=((words[0].strip("-"), "elevation"),))
+
     def test_unknown_option(self):
         self.refuse_mesh("--hmim", 0.1, needles=("--hmim",))
         self.refuse("frobnicate", needles=("frobnicate",))

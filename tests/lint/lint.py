@@ -1,9 +1,10 @@
-"""Rules of the source tree: lint.py RULE ROOT, with RULE one of layering, text, size, citations.
+"""Rules of the source tree: lint.py RULE ROOT, with RULE one of layering, text, size, citations, examples.
 
 layering  a third-party header is included by one place only; arrows point core <- vdb, core <- mesh
 text      no unfinished-work marks, no paths of one machine, no tabs or trailing blanks
 size      no source file above 600 lines
 citations every key cited as [Key2000] stands in assets/papers/references.bib
+examples  every C++ block of a README is part of a source under tests/, which compiles and runs it
 
 Prints one `file:line: what is wrong` per finding and exits with 1 if there is any.
 """
@@ -40,6 +41,7 @@ MARKS = re.compile(r"\b(" + "|".join(("TO" "DO", "FIX" "ME", "XX" "X", "HA" "CK"
 MACHINE_PATH = re.compile(r"(?<![\w.])/(?:" + "|".join(("work", "farm", "home/[a-z]+", "root")) + r")/")
 
 KEY = re.compile(r"^@\w+\{(\w+),", re.MULTILINE)
+CPP_BLOCK = re.compile(r"^```cpp\n(.*?)^```", re.MULTILINE | re.DOTALL)
 CITED = re.compile(r"\[([A-Z][A-Za-z]+(?:19|20)\d\d)\b")
 
 
@@ -99,7 +101,17 @@ def citations(root):
                     yield f"{path.as_posix()}:{number}: cites {key}, which is not in references.bib"
 
 
-RULES = {"layering": layering, "text": text, "size": size, "citations": citations}
+def examples(root):
+    tested = [(root / path).read_text(encoding="utf-8") for path in files_of(root, (".cpp",)) if path.parts[0] == "tests"]
+    for path in files_of(root, (".md",)):
+        content = (root / path).read_text(encoding="utf-8")
+        for block in CPP_BLOCK.finditer(content):
+            if not any(block.group(1) in source for source in tested):
+                line = content.count("\n", 0, block.start()) + 1
+                yield f"{path.as_posix()}:{line}: an example that no source under tests/ holds"
+
+
+RULES = {"layering": layering, "text": text, "size": size, "citations": citations, "examples": examples}
 
 
 def main():

@@ -54,6 +54,15 @@ class Rules(unittest.TestCase):
             with self.subTest(name=name, line=line):
                 self.assertEqual(len(self.findings("layering", name, line + "\n")), count)
 
+    def test_examples_are_tested(self):
+        tested = self.root / "tests/a.cpp"
+        tested.parent.mkdir()
+        tested.write_text("// one\nint f();\nint g();\n")
+        self.assertEqual(self.findings("examples", "README.md", "See\n```cpp\nint f();\n```\n"), [])
+        found = self.findings("examples", "vdb/README.md", "See\n\n```cpp\nint h();\n```\n```\nplain\n```\n")
+        self.assertEqual(len(found), 1)
+        self.assertTrue(found[0].startswith("vdb/README.md:3:"), found)
+
     def test_text(self):
         self.assertEqual(len(self.findings("text", "core/a.h", "// TO" + "DO later\n")), 1)
         self.assertEqual(len(self.findings("text", "README.md", "see /ho" + "me/someone/data\n")), 1)

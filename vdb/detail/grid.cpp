@@ -186,7 +186,32 @@ class CheckedArchive : public openvdb::io::Archive {
     std::ofstream out(path, std::ios::binary | std::ios::trunc);
     Archive::write(out, grids, /*seekable=*/true, meta);
     out.close();
-    return out.good();
+    return out.good() && name_by_content(path);
+  }
+
+ private:
+  // The random identifier in the header becomes one made of the content, so that equal grids give equal
+  // files.
+  static bool name_by_content(const std::filesystem::path& path) {
+    constexpr std::streamoff kBefore = 21;  // magic number, versions, flag of offsets
+    constexpr std::size_t kLength = 36;
+    std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+    file.seekg(kBefore + std::streamoff{kLength});
+    std::uint64_t h[2] = {0xcbf29ce484222325ULL, 0x84222325cbf29ce4ULL};
+    std::vector<char> part(std::size_t{1} << 20);
+    while (file.read(part.data(), static_cast<std::streamsize>(part.size())) || file.gcount() > 0) {
+      for (std::streamsize i = 0; i < file.gcount(); ++i)
+        for (std::uint64_t& word : h)
+          word = (word ^ static_cast<unsigned char>(part[std::size_t(i)])) * 0x100000001b3ULL;
+    }
+    file.clear();
+    file.seekp(kBefore);
+    const std::string id =
+        fmt::format("{:08x}-{:04x}-4{:03x}-8{:03x}-{:012x}", h[0] >> 32, h[0] >> 16 & 0xffff, h[0] & 0xfff,
+                    h[1] >> 48 & 0xfff, h[1] & 0xffffffffffffULL);
+    file.write(id.data(), kLength);
+    file.close();
+    return file.good();
   }
 };
 

@@ -29,6 +29,9 @@ constexpr std::array<Rgb, 7> kSizeStops = {{{0.36, 0.22, 0.50},
                                             {0.77, 0.91, 0.43},
                                             {0.99, 0.96, 0.55}}};
 
+constexpr std::array<Rgb, 5> kCurvatureStops = {
+    {{0.08, 0.26, 0.60}, {0.42, 0.66, 0.87}, {0.95, 0.95, 0.93}, {0.95, 0.60, 0.42}, {0.66, 0.06, 0.12}}};
+
 constexpr std::array<Rgb, 4> kRegionColors = {
     {{0.80, 0.80, 0.80}, {0.99, 0.83, 0.60}, {0.77, 0.87, 0.95}, {0.98, 0.98, 0.94}}};
 
@@ -37,6 +40,8 @@ constexpr std::array<Rgb, 4> kRegionColors = {
 Rgb quality_color(double t) { return interpolate(kQualityStops, t); }
 
 Rgb size_color(double t) { return interpolate(kSizeStops, t); }
+
+Rgb curvature_color(double t) { return interpolate(kCurvatureStops, t); }
 
 Rgb region_color(int region) {
   if (region < 0 || region >= static_cast<int>(kRegionColors.size())) return kPlainColor;

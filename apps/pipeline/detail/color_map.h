@@ -13,6 +13,8 @@ using Rgb = std::array<double, 3>;
 Rgb quality_color(double t);
 /// 0 violet over green to 1 yellow, lightened so that thin dark lines stand out on it.
 Rgb size_color(double t);
+/// 0 blue over near-white at 0.5 to 1 red.
+Rgb curvature_color(double t);
 /// Inside the body, boundary layer, Box2, Box1; grey for any other number.
 Rgb region_color(int region);
 inline constexpr Rgb kPlainColor = {0.93, 0.93, 0.93};
