@@ -33,6 +33,11 @@ struct WallPoint {
       Vec3::Zero();         ///< unit tangent of that edge; zero where it is a corner or there is none
   double edge_angle = 0.0;  ///< exterior dihedral angle of that edge, radians in (0, pi]; a sheet's rim: pi
   double corner_distance = std::numeric_limits<double>::infinity();  ///< the same, to the nearest corner
+  /// From `closest` to the nearest place where curvature falls too fast for sizes to follow, the border of a
+  /// fillet: there sizes start at those of its curvatures and grow with this distance.
+  double bend_distance = std::numeric_limits<double>::infinity();
+  Vec3 bend_direction = Vec3::Zero();   ///< unit principal direction of bend_k1 there
+  double bend_k1 = 0.0, bend_k2 = 0.0;  ///< |bend_k1| >= |bend_k2|
   /// How far k1, k2, T1 and T2 can be relied on, in [0, 1]: 1 where the wall is smooth and resolved, 1/2
   /// where its normal turns by half a radian per facet (or voxel) or where curvature differs by 10 % from one
   /// vertex to the next, 0 on the rays of sharp edges and corners.

@@ -10,12 +10,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/error.h"
 
 namespace lamina {
 namespace {
+
+constexpr double kUnbounded = 1e6;  // rate of growth when there is no gradation
 
 [[noreturn]] void reject(ErrorCode code, const std::string& message) { throw Error(code, message); }
 
@@ -55,6 +58,11 @@ void check(const BoundaryLayer& layer, const SizeOptions& s, const Box<3>& body)
            fmt::format("--corner-elements = {:g} must be in [1, 16]", s.corner_elements));
   if (!(s.edge_growth > 1.0 && s.edge_growth <= 4.0))
     reject(ErrorCode::kParameter, fmt::format("--edge-growth = {:g} must be in (1, 4]", s.edge_growth));
+  for (const SizedBox& b : s.boxes) {
+    require_box(fmt::format("--box {}", b.name).c_str(), b.box);
+    if (!(b.size > 0.0 && std::isfinite(b.size)))
+      reject(ErrorCode::kParameter, fmt::format("--box {}: size {:g} must be above 0", b.name, b.size));
+  }
   if (s.gradation != 0.0 && !(s.gradation > 1.0 && s.gradation <= 4.0))
     reject(ErrorCode::kParameter,
            fmt::format("--gradation = {:g} must be 0 (off) or in (1, 4]", s.gradation));
@@ -68,8 +76,17 @@ WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const 
       layer_(layer),
       sizes_(sizes),
       painted_(std::move(painted)),
+      rate_(sizes.gradation > 0.0 ? std::log(sizes.gradation) : kUnbounded),
       edge_rate_(std::log(sizes.edge_growth)) {
   check(layer_, sizes_, wall.bounds());
+  open_domain_ = sizes_.domain;
+  for (std::size_t face = 0; face < 6; ++face) {
+    constexpr double kFarAway = 1e100;
+    if (!sizes_.walls[face]) continue;
+    has_walls_ = true;
+    const int axis = static_cast<int>(face / 2);
+    (face % 2 == 0 ? open_domain_.lo : open_domain_.hi)[axis] = face % 2 == 0 ? -kFarAway : kFarAway;
+  }
 }
 
 // h_min growth^(k-1) in layer k, or h_min + (growth - 1) height [section 3.2.2].
@@ -90,60 +107,77 @@ double WallMetric::inside_size(double depth) const {
   return std::min(sizes_.h2, last + std::log(sizes_.growth_inside) * (depth - mirrored));
 }
 
+// Size far from all walls: h2 in Box2, growing geometrically to h1 at the border of the domain.
+double WallMetric::far_size(const Vec3& x) const {
+  const double d2 = sizes_.box2.outer_distance(x);
+  if (d2 <= 0.0) return sizes_.h2;
+  const double h = sizes_.h2 * std::pow(sizes_.h1 / sizes_.h2, d2 / (d2 + open_domain_.inner_distance(x)));
+  return std::min(h,
+                  sizes_.h2 + rate_ * d2);  // boxes that end close to each other leave no room for that rule
+}
+
 double WallMetric::normal_size(const Vec3& x, double phi) const {
   if (phi <= 0.0) return inside_size(-phi);
   const double top = layer_.top();
   if (phi <= top) return std::min(sizes_.h2, layer_size(phi));
   const double start = std::min(sizes_.h2, layer_.top_size());
-  const double d2 = sizes_.box2.outer_distance(x);
+  const double above = phi - top;
   double h;
-  if (d2 > 0.0) {
-    const double d1 = sizes_.domain.inner_distance(x);
-    h = sizes_.h2 * std::pow(sizes_.h1 / sizes_.h2, d2 / (d2 + d1));
+  if (sizes_.box2.outer_distance(x) > 0.0) {
+    h = far_size(x);
   } else {
-    const double above = phi - top;
     h = start + (sizes_.h2 - start) * above / (above + sizes_.box2.inner_distance(x));
   }
-  // Boxes that end close to the body or to each other leave no room for the rule above.
-  if (sizes_.gradation > 0.0) {
-    const double rate = std::log(sizes_.gradation);
-    h = std::min(h, start + rate * (phi - top));
-    if (d2 > 0.0) h = std::min(h, sizes_.h2 + rate * d2);
-  }
-  return h;
+  return std::min(h, start + rate_ * above);
 }
 
 // sqrt(2 R h + h^2) [eq. 29]. R is the radius of the wall plus, where level surfaces widen away from it, the
 // distance to it: at a sharp edge (R = 0) this bounds the number of elements of the fan at every height.
-double WallMetric::tangential_size(double curvature, double hn, double phi) const {
-  double h = sizes_.h2;
+double WallMetric::tangential_size(double curvature, double hn, double phi, double largest) const {
+  double h = largest;
   if (std::isinf(curvature)) {
     h = 0.5 * std::numbers::pi * (std::abs(phi) + hn) / sizes_.corner_elements;
   } else if (curvature != 0.0) {
     const double radius = 1.0 / std::abs(curvature) + (curvature * phi > 0.0 ? std::abs(phi) : 0.0);
-    h = std::sqrt(2.0 * radius * hn + hn * hn);
+    const double chord = sizes_.chord == Chord::kWall ? layer_.h_min : hn;
+    h = std::sqrt(2.0 * radius * chord + chord * chord);
   }
-  return std::clamp(h, hn, std::max(hn, sizes_.h2));
+  return std::clamp(h, hn, std::max(hn, largest));
 }
 
-WallMetric::Sizes WallMetric::painted_sizes(const Vec3& x, Sizes s) const {
-  constexpr double kNoSpread = 1e6;  // rate that keeps a painted size within its voxel
-  const double rate = sizes_.gradation > 0.0 ? std::log(sizes_.gradation) : kNoSpread;
+WallMetric::Sizes WallMetric::bounded_sizes(const Vec3& x, Sizes s) const {
   double bound = std::max({s.hn, s.ht1, s.ht2});
-  for (const SizeField* field : painted_) bound = field->bound(x, rate, bound);
+  for (const SizedBox& b : sizes_.boxes) bound = std::min(bound, b.size + rate_ * b.box.outer_distance(x));
+  for (const SizeField* field : painted_) bound = field->bound(x, rate_, bound);
   return {std::min(s.hn, bound), std::min(s.ht1, bound), std::min(s.ht2, bound)};
 }
 
 WallMetric::Sizes WallMetric::wall_sizes(const Vec3& x, const WallPoint& wall) const {
   Sizes s;
+  const double largest = far_size(x);
   s.hn = normal_size(x, wall.phi);
-  if (sizes_.box2.outer_distance(x) > 0.0 && wall.phi > layer_.top()) {
-    s.ht1 = s.ht2 = s.hn;
-  } else {
-    s.ht1 = tangential_size(wall.k1, s.hn, wall.phi);
-    s.ht2 = tangential_size(wall.k2, s.hn, wall.phi);
-  }
-  return painted_.empty() ? s : painted_sizes(x, s);
+  s.ht1 = tangential_size(wall.k1, s.hn, wall.phi, largest);
+  s.ht2 = tangential_size(wall.k2, s.hn, wall.phi, largest);
+  return painted_.empty() && sizes_.boxes.empty() ? s : bounded_sizes(x, s);
+}
+
+// The metric of the nearest bend, grown by the distance from it.
+std::optional<Metric<3>> WallMetric::bend_metric(const WallPoint& wall, const Sizes& sizes,
+                                                 double floor) const {
+  if (!std::isfinite(wall.bend_distance)) return {};
+  const double grown = edge_rate_ * wall.bend_distance, widest = std::max(sizes.ht1, sizes.ht2);
+  const auto size = [&](double curvature) {
+    return std::max(floor, tangential_size(curvature, sizes.hn, wall.phi, widest) + grown);
+  };
+  const double h1 = size(wall.bend_k1);
+  if (h1 >= std::max(widest, floor)) return {};
+  const Vec3 across = wall.bend_direction - wall.bend_direction.dot(wall.N) * wall.N;
+  if (across.norm() < 1e-6) return {};
+  Mat3 axes;
+  axes.row(0) = wall.N.transpose();
+  axes.row(1) = across.normalized().transpose();
+  axes.row(2) = wall.N.cross(across.normalized()).transpose();
+  return Metric<3>::from_frame(axes, Vec3(std::max(sizes.hn, floor), h1, size(wall.bend_k2)));
 }
 
 Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const {
@@ -151,13 +185,20 @@ Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, dou
   axes.row(0) = wall.N.transpose();
   axes.row(1) = wall.T1.transpose();
   axes.row(2) = wall.T2.transpose();
-  const Vec3 h = Vec3(sizes.hn, sizes.ht1, sizes.ht2).cwiseMax(floor);
-  const Metric<3> base = Metric<3>::from_frame(axes, h);
+  Vec3 h = Vec3(sizes.hn, sizes.ht1, sizes.ht2).cwiseMax(floor);
+  if (wall.feature == WallFeature::kEdge) h[2] = std::min(h[2], h[1] + edge_rate_ * wall.corner_distance);
+  Metric<3> base = Metric<3>::from_frame(axes, h);
+  if (const auto bend = bend_metric(wall, sizes, floor)) base = intersect(base, *bend);
   if (wall.feature != WallFeature::kFace || !std::isfinite(wall.edge_distance)) return base;
-  // Across a nearby sharp edge the size starts at that of the fan around it; along the edge nothing is asked.
+  // Across a nearby sharp edge the size starts at that of the fan around it, along the edge it grows away
+  // from the corners.
   const double angle = std::clamp(wall.edge_angle, 0.1, 0.5 * std::numbers::pi);
-  const double fan = sizes.hn * 0.5 * std::numbers::pi / angle;
+  const double widest = std::max(sizes.ht1, sizes.ht2);
+  const double fan =
+      std::max(sizes.hn * 0.5 * std::numbers::pi / angle,
+               tangential_size(std::numeric_limits<double>::infinity(), sizes.hn, wall.phi, widest));
   const double across = std::max(fan + edge_rate_ * wall.edge_distance, floor);
+  const double lengthwise = std::max(fan + edge_rate_ * wall.corner_distance, floor);
   if (across >= h[1] && across >= h[2]) return base;
   Vec3 along = wall.edge_direction - wall.edge_direction.dot(wall.N) * wall.N;
   constexpr double kAlongNormal = 1e-6;
@@ -167,8 +208,9 @@ Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, dou
   along.normalize();
   axes.row(1) = wall.N.cross(along).transpose();
   axes.row(2) = along.transpose();
-  return intersect(base,
-                   Metric<3>::from_frame(axes, Vec3(h[0], std::max(across, h[0]), std::max(h[1], h[2]))));
+  return intersect(
+      base, Metric<3>::from_frame(axes, Vec3(h[0], std::max(across, h[0]),
+                                             std::max(std::min(lengthwise, std::max(h[1], h[2])), h[0]))));
 }
 
 // The distance beyond which a further wall cannot ask for less than `size` in its normal direction.
@@ -176,33 +218,67 @@ double WallMetric::reach(const Vec3& x, double size) const {
   const double top_size = layer_.top_size();
   if (size <= top_size) return std::max(0.0, (size - layer_.h_min) / (layer_.growth - 1.0));
   const double u = std::min(0.5, (size - top_size) / std::max(sizes_.h2 - top_size, 1e-300));
-  return layer_.top() + sizes_.box2.inner_distance(x) * u / (1.0 - u);
+  return layer_.top() + std::max(sizes_.box2.inner_distance(x) * u / (1.0 - u), (size - top_size) / rate_);
 }
 
-Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& wall, const Sizes& sizes, double floor) const {
-  Metric<3> m = wall_metric(wall, sizes, floor);
+Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, const WallPoint& main,
+                             std::span<const WallPoint> beside, double floor) const {
+  const Sizes sizes = wall_sizes(x, main);
+  Metric<3> m = wall_metric(main, sizes, floor);
   const double widest = std::max({sizes.ht1, sizes.ht2, floor});
   // Isotropic to within this ratio: no wall in another direction can matter.
   constexpr double kNearlyIsotropic = 1.5;
   if (widest <= kNearlyIsotropic * std::max(sizes.hn, floor)) return m;
-  constexpr int kMaxWalls = 4;
-  std::array<WallPoint, kMaxWalls> others;
-  const double limit = std::min(reach(x, widest), std::abs(wall.phi) + (widest - sizes.hn) / edge_rate_);
-  const int count = wall_->others(x, wall, limit, others);
-  for (int i = 0; i < count; ++i) {
-    const WallPoint& other = others[i];
+  const double limit = std::min(reach(x, widest), std::abs(main.phi) + (widest - sizes.hn) / edge_rate_);
+  const auto add = [&](const WallPoint& other) {
     Sizes s = wall_sizes(x, other);
-    s.hn = std::max(s.hn, sizes.hn + edge_rate_ * (std::abs(other.phi) - std::abs(wall.phi)));
+    s.hn = std::max(s.hn, sizes.hn + edge_rate_ * (std::abs(other.phi) - std::abs(main.phi)));
     s.ht1 = std::max(s.ht1, s.hn);
     s.ht2 = std::max(s.ht2, s.hn);
     m = intersect(m, wall_metric(other, s, floor));
-  }
+  };
+  for (const WallPoint& wall : beside)
+    if (std::abs(wall.phi) <= limit) add(wall);
+  constexpr int kMaxWalls = 4;
+  std::array<WallPoint, kMaxWalls> others;
+  const int count = wall_->others(x, body, limit, others);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) add(others[i]);
   return m;
 }
 
+// Faces of the domain that carry layers are walls like any part of the body.
+Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, double floor) const {
+  if (!has_walls_) return metric(x, body, body, {}, floor);
+  std::array<WallPoint, 7> walls;
+  std::size_t count = 0, main = 0;
+  walls[count++] = body;
+  for (std::size_t face = 0; face < 6; ++face) {
+    if (!sizes_.walls[face]) continue;
+    walls[count] = face_wall(x, face);
+    // Inside the body nobody needs the face's layers: they fade with the depth.
+    walls[count].phi += std::max(0.0, -body.phi);
+    if (std::abs(walls[count].phi) < std::abs(walls[main].phi)) main = count;
+    ++count;
+  }
+  std::swap(walls[0], walls[main]);
+  return metric(x, body, walls[0], {walls.data() + 1, count - 1}, floor);
+}
+
+WallPoint WallMetric::face_wall(const Vec3& x, std::size_t face) const {
+  const int axis = static_cast<int>(face / 2);
+  const double plane = face % 2 == 0 ? sizes_.domain.lo[axis] : sizes_.domain.hi[axis];
+  WallPoint wall;
+  wall.phi = std::abs(x[axis] - plane);
+  wall.closest = x;
+  wall.closest[axis] = plane;
+  wall.N = (face % 2 == 0 ? 1.0 : -1.0) * Vec3::Unit(axis);
+  wall.T1 = Vec3::Unit((axis + 1) % 3);
+  wall.T2 = wall.N.cross(wall.T1);
+  return wall;
+}
+
 Metric<3> WallMetric::at_coarsened(const Vec3& x, double floor) const {
-  const WallPoint wall = wall_->at(x);
-  return metric(x, wall, wall_sizes(x, wall), floor);
+  return metric(x, wall_->at(x), floor);
 }
 
 WallSample WallMetric::sample(const Vec3& x) const {
@@ -213,7 +289,7 @@ WallSample WallMetric::sample(const Vec3& x) const {
   s.ht1 = sizes.ht1;
   s.ht2 = sizes.ht2;
   s.region = region(x, s.wall.phi);
-  s.metric = metric(x, s.wall, sizes, 0.0);
+  s.metric = metric(x, s.wall, 0.0);
   return s;
 }
 

@@ -2,7 +2,9 @@
 // point.
 #pragma once
 
+#include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,7 +14,22 @@
 namespace lamina {
 
 enum class Profile { kLayered, kContinuous };
+/// Size that a chord along a curved wall is measured by [eq. 29].
+enum class Chord {
+  kLocal,  ///< the normal size at the point
+  kWall,   ///< h_min, at every height
+};
 enum class Region : int { kInside = 0, kLayer = 1, kBox2 = 2, kBox1 = 3 };
+
+/// A box that no element larger than `size` may lie in.
+struct SizedBox {
+  std::string name;
+  Box<3> box;
+  double size = 0.0;
+};
+
+/// Faces of the domain, in the order of SizeOptions::walls.
+inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 
 /// Sizes outside the boundary layer. Lengths in world units.
 struct SizeOptions {
@@ -25,6 +42,9 @@ struct SizeOptions {
   double corner_elements = 3.0;  ///< elements per 90 degrees of the fan around a sharp edge, in [1, 16]
   double edge_growth = 2.0;  ///< ratio of sizes per element along the wall, away from a sharp edge or from
                              ///< where two walls are equally near, in (1, 4]
+  Chord chord = Chord::kLocal;
+  std::vector<SizedBox> boxes;  ///< their sizes grow by `gradation` outside of them
+  std::array<bool, 6> walls{};  ///< faces of the domain that carry layers too, the ground of a channel
   double gradation = 1.5;  ///< bound on the ratio of sizes per element beyond the layers, in (1, 4]; 0 = off
 };
 
@@ -63,18 +83,26 @@ class WallMetric : public MetricField<3> {
   };
   [[nodiscard]] double layer_size(double height) const;
   [[nodiscard]] double inside_size(double depth) const;
-  [[nodiscard]] double tangential_size(double curvature, double hn, double phi) const;
+  [[nodiscard]] double far_size(const Vec3& x) const;
+  [[nodiscard]] double tangential_size(double curvature, double hn, double phi, double largest) const;
   [[nodiscard]] Sizes wall_sizes(const Vec3& x, const WallPoint& wall) const;
-  [[nodiscard]] Sizes painted_sizes(const Vec3& x, Sizes sizes) const;
+  [[nodiscard]] Sizes bounded_sizes(const Vec3& x, Sizes sizes) const;
+  [[nodiscard]] WallPoint face_wall(const Vec3& x, std::size_t face) const;
+  [[nodiscard]] std::optional<Metric<3>> bend_metric(const WallPoint& wall, const Sizes& sizes,
+                                                     double floor) const;
   [[nodiscard]] Metric<3> wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const;
-  [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& wall, const Sizes& sizes,
-                                 double floor) const;
+  [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, double floor) const;
+  [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, const WallPoint& main,
+                                 std::span<const WallPoint> beside, double floor) const;
   [[nodiscard]] double reach(const Vec3& x, double size) const;
 
   const WallField* wall_;
   BoundaryLayer layer_;
   SizeOptions sizes_;
   std::vector<const SizeField*> painted_;
+  Box<3> open_domain_;  ///< the domain without its walls: those sides are infinitely far
+  bool has_walls_ = false;
+  double rate_;       ///< growth of sizes per unit of length that keeps to SizeOptions::gradation
   double edge_rate_;  ///< growth per unit of length that makes a ratio of edge_growth per element
 };
 

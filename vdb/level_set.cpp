@@ -142,6 +142,7 @@ LevelSet LevelSet::from_surface(Surface surface, const LevelSetOptions& options,
         report.voxel, detail::stored_scale(report.voxel), detail::kScaleMetadata));
   if (progress != nullptr) progress->check_cancelled();
   detail::refine_by_stencils(*wall, impl->grid, options.half_width_vox, progress);
+  wall->find_bends();
   impl->wall = std::move(wall);
   return LevelSet(std::move(impl));
 }

@@ -29,7 +29,8 @@ std::string value_name(const CaseOption& o) {
     case OptionType::kText:
       return o.table == "output" && o.key != "picture_plane" ? "FILE" : "TEXT";
     case OptionType::kTexts:
-      return "FILE";
+      if (o.count == 8) return "NAME X0 Y0 Z0 X1 Y1 Z1 SIZE";
+      return o.table == "sizes" ? "FACE" : "FILE";
   }
   return {};
 }
@@ -50,7 +51,7 @@ CaseFlags::CaseFlags(CLI::App& app, const std::vector<std::string>& tables) {
           o.flags, [] {}, described(o));  // its count is all there is to it
     } else {
       w.flag = app.add_option(o.flags, w.words, described(o));
-      w.flag->type_size(o.type == OptionType::kReals ? o.count : 1);
+      w.flag->type_size(o.type == OptionType::kReals || o.type == OptionType::kTexts ? o.count : 1);
       w.flag->expected(1);
       w.flag->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
       w.flag->type_name(positional ? "" : value_name(o));

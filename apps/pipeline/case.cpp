@@ -32,7 +32,7 @@ std::string wanted(const CaseOption& o) {
     case OptionType::kReals:
       return fmt::format("{} numbers", o.count);
     case OptionType::kTexts:
-      return "one or more texts";
+      return o.count > 1 ? fmt::format("{} words each time", o.count) : "one or more texts";
   }
   return {};
 }
@@ -320,9 +320,8 @@ OptionValue parse_option(const CaseOption& option, const std::vector<std::string
   };
   if (option.type == OptionType::kFlag) return true;  // a flag has no words
   const auto count = static_cast<int>(words.size());
-  const int needed = option.type == OptionType::kTexts ? count : option.count;
-  if (count == 0 || count != needed)
-    reject(fmt::format("{} needs {}, {} given", where, wanted(option), count));
+  const bool fits = option.type == OptionType::kTexts ? count % option.count == 0 : count == option.count;
+  if (count == 0 || !fits) reject(fmt::format("{} needs {}, {} given", where, wanted(option), count));
   switch (option.type) {
     case OptionType::kFlag:
       break;
@@ -342,8 +341,16 @@ OptionValue parse_option(const CaseOption& option, const std::vector<std::string
       for (const std::string& word : words) reals.push_back(number(word));
       return reals;
     }
-    case OptionType::kTexts:
-      return words;
+    case OptionType::kTexts: {
+      std::vector<std::string> texts;
+      for (std::size_t i = 0; i < words.size(); ++i) {
+        if (i % static_cast<std::size_t>(option.count) == 0)
+          texts.push_back(words[i]);
+        else
+          texts.back() += " " + words[i];
+      }
+      return texts;
+    }
   }
   return {};
 }

@@ -50,6 +50,9 @@ struct Case {
   double edge_growth = SizeOptions{}.edge_growth;
   double gradation = SizeOptions{}.gradation;
   double growth_inside = SizeOptions{}.growth_inside;
+  Chord chord = Chord::kLocal;
+  std::vector<SizedBox> boxes;
+  std::array<bool, 6> walls{};  ///< see SizeOptions::walls
   LevelSetOptions level_set;
   SeedKind seed = SeedKind::kTetgen;
   double quality_floor = 0.1;
@@ -79,7 +82,7 @@ struct CaseOption {
   std::string table, key;  ///< place in the case file
   std::string flags;       ///< "--hmin", "-o,--out"; the positional argument: "BODY"
   OptionType type = OptionType::kReal;
-  int count = 1;              ///< numbers of kReals
+  int count = 1;              ///< numbers of kReals, words of each text of kTexts
   std::string unit;           ///< "m", "degrees", "" for a pure number
   std::string default_value;  ///< in words
   std::string help;

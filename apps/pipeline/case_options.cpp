@@ -2,9 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <sstream>
 #include <type_traits>
 
 #include "apps/pipeline/case.h"
+#include "apps/pipeline/text.h"
+#include "core/error.h"
 
 namespace lamina {
 namespace {
@@ -24,6 +28,19 @@ OptionValue fetch(const Box<3>& m) {
   return std::vector<double>{m.lo[0], m.lo[1], m.lo[2], m.hi[0], m.hi[1], m.hi[2]};
 }
 OptionValue fetch(const std::vector<std::string>& m) { return m; }
+OptionValue fetch(const std::vector<SizedBox>& m) {
+  std::vector<std::string> v;
+  for (const SizedBox& b : m)
+    v.push_back(fmt::format("{} {} {} {} {} {} {} {}", b.name, b.box.lo[0], b.box.lo[1], b.box.lo[2],
+                            b.box.hi[0], b.box.hi[1], b.box.hi[2], b.size));
+  return v;
+}
+OptionValue fetch(const std::array<bool, 6>& m) {
+  std::vector<std::string> v;
+  for (std::size_t face = 0; face < 6; ++face)
+    if (m[face]) v.emplace_back(kFaceNames[face]);
+  return v;
+}
 OptionValue fetch(const std::vector<Path>& m) {
   std::vector<std::string> v;
   for (const Path& p : m) v.push_back(p.string());
@@ -46,6 +63,39 @@ void assign(Box<3>& m, const OptionValue& v) {
   m.hi = {x[3], x[4], x[5]};
 }
 void assign(std::vector<std::string>& m, const OptionValue& v) { m = std::get<std::vector<std::string>>(v); }
+// "NAME x0 y0 z0 x1 y1 z1 SIZE"
+SizedBox parse_box(const std::string& text) {
+  std::istringstream words(text);
+  const std::vector<std::string> all{std::istream_iterator<std::string>(words), {}};
+  std::array<double, 7> x{};
+  bool good = all.size() == 8;
+  for (std::size_t i = 0; good && i < 7; ++i) {
+    const auto number = parse_number(all[i + 1]);
+    good = number.has_value();
+    x[i] = number.value_or(0.0);
+  }
+  good = good && x[0] < x[3] && x[1] < x[4] && x[2] < x[5] && x[6] > 0.0;
+  if (!good)
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("box \"{}\": must be NAME X0 Y0 Z0 X1 Y1 Z1 SIZE, lower corner first, size above 0",
+                    text));
+  return {all[0], {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}, x[6]};
+}
+void assign(std::vector<SizedBox>& m, const OptionValue& v) {
+  m.clear();
+  for (const std::string& text : std::get<std::vector<std::string>>(v)) m.push_back(parse_box(text));
+}
+void assign(std::array<bool, 6>& m, const OptionValue& v) {
+  m.fill(false);
+  for (const std::string& name : std::get<std::vector<std::string>>(v)) {
+    const auto* at = std::find(kFaceNames.begin(), kFaceNames.end(), name);
+    if (at == kFaceNames.end())
+      throw Error(ErrorCode::kUsage, fmt::format("--wall {}: must be one of {}", name,
+                                                 join({kFaceNames.begin(), kFaceNames.end()})));
+    m[static_cast<std::size_t>(at - kFaceNames.begin())] = true;
+  }
+}
 void assign(std::vector<Path>& m, const OptionValue& v) {
   const auto& x = std::get<std::vector<std::string>>(v);
   m.assign(x.begin(), x.end());
@@ -55,6 +105,10 @@ bool unset(const Path& m) { return m.empty(); }
 bool unset(const std::string& m) { return m.empty(); }
 bool unset(const std::vector<Path>& m) { return m.empty(); }
 bool unset(const std::vector<std::string>& m) { return m.empty(); }
+bool unset(const std::vector<SizedBox>& m) { return m.empty(); }
+bool unset(const std::array<bool, 6>& m) {
+  return std::none_of(m.begin(), m.end(), [](bool wall) { return wall; });
+}
 template <class T>
 bool unset(const T&) {
   return false;
@@ -241,6 +295,25 @@ void add_sizes(Options& o) {
                                "normal size: constant in each layer, or growing continuously"),
                           {"layered", "continuous"}),
                    [](Case& c) -> Profile& { return c.profile; }));
+  o.push_back(
+      bind(choice(real("sizes", "chord", "--chord", "", "",
+                       "size that chords along curved walls are measured by: the local normal size, or "
+                       "h_min at every height (two to four times the elements)"),
+                  {"local", "wall"}),
+           [](Case& c) -> Chord& { return c.chord; }));
+  CaseOption box =
+      typed(real("sizes", "boxes", "--box", "m", "",
+                 "a box in which no element is larger than SIZE, a wake for example; sizes grow by "
+                 "the gradation outside of it; may be repeated"),
+            OptionType::kTexts);
+  box.count = 8;
+  o.push_back(bind(box, [](Case& c) -> std::vector<SizedBox>& { return c.boxes; }));
+  o.push_back(
+      bind(typed(real("sizes", "walls", "--wall", "", "",
+                      "face of the domain that carries layers like the body, the ground of a channel: x-, "
+                      "x+, y-, y+, z- or z+; may be repeated"),
+                 OptionType::kTexts),
+           [](Case& c) -> std::array<bool, 6>& { return c.walls; }));
   o.push_back(bind(within(real("sizes", "corner_elements", "--corner-elements", "", "",
                                "elements per 90 degrees around a sharp edge in the first layer"),
                           1, 16),

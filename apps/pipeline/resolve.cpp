@@ -91,7 +91,7 @@ void resolve_box2(ResolvedCase& r, double extent) {
   const Box<3> seen = cut(r.body_bounds, domain);
   if (!r.sizes.box2.contains(seen.lo) || !r.sizes.box2.contains(seen.hi))
     r.warnings.push_back(
-        "Box2 does not hold the whole body; its layers outside Box2 are isotropic and coarse");
+        "Box2 does not hold the whole body: along its wall outside Box2 sizes grow beyond h2");
 }
 
 void resolve_sizes(ResolvedCase& r, double extent) {
@@ -122,6 +122,9 @@ void resolve_sizes(ResolvedCase& r, double extent) {
   r.sizes.corner_elements = c.corner_elements;
   r.sizes.edge_growth = c.edge_growth;
   r.sizes.gradation = c.gradation;
+  r.sizes.chord = c.chord;
+  r.sizes.boxes = c.boxes;
+  r.sizes.walls = c.walls;
 }
 
 void check_painted(ResolvedCase& r, const Body& body) {

@@ -62,6 +62,11 @@ Case unusual_case() {
   c.edge_growth = 1.3;
   c.gradation = 0.0;
   c.growth_inside = 1.7;
+  c.chord = Chord::kWall;
+  c.boxes = {{"wake", {Vec3(1, -0.5, 0), Vec3(2.5, 0.30000000000000004, 1)}, 0.05},
+             {"nose", {Vec3(-1, -0.5, 0), Vec3(0.5, 0.5, 1e-17)}, 1e-3}};
+  c.walls = {true, false, false, false, true, false};
+  c.size_grids = {"density", "paint.vdb:size"};
   c.level_set.voxel = 0.004;
   c.level_set.max_memory = 1e9;
   c.level_set.sheets = true;

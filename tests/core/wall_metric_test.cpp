@@ -239,6 +239,85 @@ TEST(WallMetric, PaintedSizesAreUpperBounds) {
             WallMetric(wall, layer(), off).at(outside).tensor());
 }
 
+TEST(WallMetric, BoxesBoundTheSizeAndSpread) {
+  const Plane wall;
+  SizeOptions s = sizes();
+  s.boxes = {{"wake", {Vec3(0.5, -1, 0), Vec3(0.9, 1, 1)}, 0.02}};
+  const WallMetric m(wall, layer(), s);
+  EXPECT_NEAR(m.at(Vec3(0.6, 0, 0.5)).size_along(Vec3::UnitY()), 0.02, 1e-12);
+  EXPECT_NEAR(m.at(Vec3(0.4, 0, 0.5e-3)).size_along(Vec3::UnitX()), 0.02 + 0.1 * std::log(1.5), 1e-12);
+  EXPECT_NEAR(m.at(Vec3(0.6, 0, 0.5e-3)).size_along(Vec3::UnitZ()), 1e-3, 1e-15);
+  s.boxes[0].size = 0.0;
+  EXPECT_THROW(WallMetric(wall, layer(), s), Error);
+  s.boxes[0] = {"flat", {Vec3(0.5, -1, 0), Vec3(0.5, 1, 1)}, 0.02};
+  EXPECT_THROW(WallMetric(wall, layer(), s), Error);
+}
+
+// The chord of a sphere is measured by the local size or by h_min [eq. 29].
+TEST(WallMetric, ChordOfTheWall) {
+  const Sphere wall(0.3);
+  SizeOptions s = sizes();
+  s.chord = Chord::kWall;
+  const WallMetric m(wall, layer(), s);
+  const double d = 4.0e-3;
+  EXPECT_NEAR(m.sample(Vec3(0.3 + d, 0, 0)).ht1, std::sqrt(2 * (0.3 + d) * 1e-3 + 1e-6), 1e-12);
+}
+
+// A face of the domain is a wall: layers over it as over the body, both obeyed where they meet, none of its
+// layers deep inside the body.
+TEST(WallMetric, FacesOfTheDomainCarryLayers) {
+  const Sphere wall(0.3);
+  SizeOptions s = sizes();
+  s.domain = {Vec3(-2, -2, -0.35), Vec3(2, 2, 2)};
+  s.box2 = {Vec3(-0.8, -0.8, -0.35), Vec3(0.8, 0.8, 0.8)};
+  s.walls[4] = true;  // z-
+  const WallMetric m(wall, layer(), s);
+  for (const double x : {0.7, 1.5}) {  // within Box2 and outside
+    const auto ground = m.at(Vec3(x, 0, -0.35 + 0.5e-3));
+    EXPECT_NEAR(ground.size_along(Vec3::UnitZ()), 1e-3, 1e-12) << x;
+    EXPECT_GE(ground.size_along(Vec3::UnitX()), 0.1 - 1e-12) << x;
+  }
+  const double height = layer().level(2) + 1e-5;  // in the third layer
+  EXPECT_NEAR(m.at(Vec3(0.7, 0, -0.35 + height)).size_along(Vec3::UnitZ()), 1e-3 * 1.2 * 1.2, 1e-9);
+  const auto gap = m.at(Vec3(0, 0, -0.325));  // the middle of the gap of 0.05
+  EXPECT_LE(gap.size_along(Vec3::UnitZ()), 0.05 / 4);
+  for (const double z : {-0.325 - 1e-7, -0.325 + 1e-7})  // from one wall to the other
+    EXPECT_NEAR(m.at(Vec3(0.1, 0, z)).size_along(Vec3(0.6, 0, 0.8)) /
+                    m.at(Vec3(0.1, 0, -0.325)).size_along(Vec3(0.6, 0, 0.8)),
+                1.0, 1e-3);
+  const WallMetric plain(wall, layer(), [&] {
+    SizeOptions o = s;
+    o.walls.fill(false);
+    return o;
+  }());
+  EXPECT_EQ(m.at(Vec3(0, 0, 0.1)).tensor(), plain.at(Vec3(0, 0, 0.1)).tensor());
+  EXPECT_NEAR(m.at(Vec3(0, 0, 0.3005)).size_along(Vec3::UnitZ()), 1e-3, 1e-12);
+}
+
+// Beside a bend the wall's sizes start at those of the bend and grow with the distance from it.
+TEST(WallMetric, SizesGrowAwayFromABend) {
+  class Bent : public Plane {
+   public:
+    WallPoint at(const Vec3& x) const override {
+      WallPoint w = Plane::at(x);
+      w.bend_distance = std::abs(x[0]);
+      w.bend_direction = Vec3::UnitX();
+      w.bend_k1 = 10.0;
+      return w;
+    }
+  };
+  const Bent wall;
+  const WallMetric m(wall, layer(), sizes());
+  const double chord = std::sqrt(2 * 1e-3 * (0.1 + 0.5e-3) + 1e-6);
+  for (const double x : {0.0, 0.01, 0.05}) {
+    const auto s = m.at(Vec3(x, 0, 0.5e-3));
+    EXPECT_NEAR(s.size_along(Vec3::UnitX()), chord + std::log(2.0) * x, 1e-9) << x;
+    EXPECT_NEAR(s.size_along(Vec3::UnitY()), 0.1, 1e-9);
+    EXPECT_NEAR(s.size_along(Vec3::UnitZ()), 1e-3, 1e-12);
+  }
+  EXPECT_NEAR(m.at(Vec3(0.5, 0, 0.5e-3)).size_along(Vec3::UnitX()), 0.1, 1e-9);
+}
+
 TEST(WallMetric, CoarsenedRaisesOnlySmallSizes) {
   const Plane wall;
   const WallMetric m(wall, layer(), sizes());

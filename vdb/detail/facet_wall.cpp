@@ -142,6 +142,7 @@ WallPoint FacetWall::describe(const TriangleHit& hit, double sign) const {
     wall.reliability = f.reliability;
   }
   features_.describe(surface_, hit.triangle, wall);
+  bends_.describe(surface_, hit.triangle, wall);
   if (wall.feature == WallFeature::kCorner) {
     wall.edge_distance = wall.corner_distance = 0.0;
     wall.edge_direction.setZero();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/field.h"
+#include "vdb/detail/bends.h"
 #include "vdb/detail/bvh.h"
 #include "vdb/detail/curvature.h"
 #include "vdb/detail/features.h"
@@ -35,6 +36,8 @@ class FacetWall : public WallField {
   [[nodiscard]] const Curvature& curvature() const { return curvature_; }
   /// Lets better estimates replace the curvature of the triangles.
   [[nodiscard]] Curvature& curvature() { return curvature_; }
+  /// Finds the bends of the present curvature. Before the first call there are none.
+  void find_bends() { bends_ = Bends(surface_, topology_, curvature_); }
 
  private:
   struct Cone {
@@ -74,6 +77,7 @@ class FacetWall : public WallField {
   TriangleBvh bvh_;
   Features features_;
   Curvature curvature_;
+  Bends bends_;
   std::vector<std::array<Part, 2>> parts_;  ///< what lies below the children of each node of the tree
   std::vector<Part> slots_;                 ///< the facets in the leaf order of the tree
 };

@@ -1,11 +1,7 @@
-// The nearest edge of a point on facet t is searched from the nearest edges of the corners of t, known
-// beforehand: that bound is so tight that the tree walk visits a handful of nodes.
 #include "vdb/detail/features.h"
 
 #include <algorithm>
 #include <cmath>
-
-#include "core/parallel.h"
 
 namespace lamina::detail {
 namespace {
@@ -17,7 +13,6 @@ const Vec3& point(const Surface& s, Index v) { return s.points[static_cast<std::
 Features::Features(const Surface& surface, const Topology& topology, const SignRule& sign) {
   gather(surface, topology, sign);
   measure_curves(surface, topology);
-  seed(surface);
 }
 
 void Features::gather(const Surface& s, const Topology& topo, const SignRule& sign) {
@@ -40,8 +35,8 @@ void Features::gather(const Surface& s, const Topology& topo, const SignRule& si
     is_corner_[v] = topo.convex[v].corner || topo.concave[v].corner;
     if (is_corner_[v] && vertex_on_wall[v]) corners.push_back({s.points[v], s.points[v]});
   }
-  edges_ = SegmentBvh(edges);
-  corners_ = SegmentBvh(corners);
+  edges_ = SeededSegments(s, edges);
+  corners_ = SeededSegments(s, corners);
 }
 
 void Features::measure_curves(const Surface& s, const Topology& topo) {
@@ -68,15 +63,6 @@ void Features::measure_curves(const Surface& s, const Topology& topo) {
   }
 }
 
-void Features::seed(const Surface& s) {
-  nearest_segment_.assign(s.points.size(), kNone);
-  nearest_corner_.assign(s.points.size(), kNone);
-  for_each_index(s.points.size(), [&](std::size_t v) {
-    nearest_segment_[v] = edges_.closest(s.points[v]).segment;
-    nearest_corner_[v] = corners_.closest(s.points[v]).segment;
-  });
-}
-
 Vec3 Features::tangent_at(const Surface& s, Index a, Index b, double t) const {
   const Vec3 own = (point(s, b) - point(s, a)).normalized();
   const auto end = [&](Index v) -> Vec3 {
@@ -101,24 +87,14 @@ EdgePoint Features::on_edge(const Surface& s, const Topology& topo, Index edge, 
 }
 
 double Features::sharp_distance(const Vec3& x, double limit) const {
-  const SegmentHit hit = edges_.closest(x, limit * limit);
+  const SegmentHit hit = edges_.tree().closest(x, limit * limit);
   return hit.segment == kNone ? limit : std::sqrt(hit.d2);
 }
 
 void Features::describe(const Surface& s, Index facet, WallPoint& wall) const {
-  const std::array<Index, 3>& corners = s.triangles[static_cast<std::size_t>(facet)];
-  const auto search = [&](const SegmentBvh& tree, const std::vector<Index>& seeds) {
-    SegmentHit best;
-    for (const Index v : corners) {
-      const SegmentHit h = tree.on_segment(seeds[static_cast<std::size_t>(v)], wall.closest);
-      if (h.d2 < best.d2) best = h;
-    }
-    const SegmentHit nearer = tree.closest(wall.closest, best.d2);
-    return nearer.segment == kNone ? best : nearer;
-  };
-  if (!corners_.empty()) wall.corner_distance = std::sqrt(search(corners_, nearest_corner_).d2);
+  if (!corners_.empty()) wall.corner_distance = std::sqrt(corners_.closest(s, facet, wall.closest).d2);
   if (!edges_.empty()) {
-    const SegmentHit hit = search(edges_, nearest_segment_);
+    const SegmentHit hit = edges_.closest(s, facet, wall.closest);
     const Segment& e = segments_[static_cast<std::size_t>(hit.segment)];
     wall.edge_distance = std::sqrt(hit.d2);
     wall.edge_angle = e.angle;

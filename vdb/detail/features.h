@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/field.h"
-#include "vdb/detail/bvh.h"
+#include "vdb/detail/seeded_segments.h"
 #include "vdb/detail/sign.h"
 #include "vdb/detail/topology.h"
 
@@ -38,14 +38,12 @@ class Features {
   };
   void gather(const Surface& surface, const Topology& topology, const SignRule& sign);
   void measure_curves(const Surface& surface, const Topology& topology);
-  void seed(const Surface& surface);
   [[nodiscard]] Vec3 tangent_at(const Surface& surface, Index a, Index b, double t) const;
 
   std::vector<Segment> segments_;
-  SegmentBvh edges_, corners_;
-  std::vector<std::uint8_t> is_corner_;                  ///< per vertex, of either kind
-  std::vector<Vec3> tangent_, curvature_;                ///< per vertex of a sharp curve; zero at corners
-  std::vector<Index> nearest_segment_, nearest_corner_;  ///< per vertex: where a search starts
+  SeededSegments edges_, corners_;
+  std::vector<std::uint8_t> is_corner_;    ///< per vertex, of either kind
+  std::vector<Vec3> tangent_, curvature_;  ///< per vertex of a sharp curve; zero at corners
 };
 
 }  // namespace lamina::detail
