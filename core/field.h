@@ -30,7 +30,8 @@ struct WallPoint {
   /// turns within one element.
   double edge_distance = std::numeric_limits<double>::infinity();
   Vec3 edge_direction =
-      Vec3::Zero();         ///< unit tangent of that edge; zero where it is a corner or there is none
+      Vec3::Zero();             ///< unit tangent of that edge; zero where it is a corner or there is none
+  double edge_curvature = 0.0;  ///< of the curve that this edge is part of, 1/length, >= 0
   double edge_angle = 0.0;  ///< exterior dihedral angle of that edge, radians in (0, pi]; a sheet's rim: pi
   double corner_distance = std::numeric_limits<double>::infinity();  ///< the same, to the nearest corner
   /// From `closest` to the nearest place where curvature falls too fast for sizes to follow, the border of a

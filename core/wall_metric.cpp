@@ -20,6 +20,12 @@ namespace {
 
 constexpr double kUnbounded = 1e6;  // rate of growth when there is no gradation
 
+// Chord of a curve that strays from it by h [eq. 29].
+double chord_length(double curvature, double h) {
+  if (curvature == 0.0) return std::numeric_limits<double>::infinity();
+  return std::sqrt(2.0 * h / curvature + h * h);
+}
+
 [[noreturn]] void reject(ErrorCode code, const std::string& message) { throw Error(code, message); }
 
 std::string describe(const Box<3>& b) {
@@ -139,8 +145,7 @@ double WallMetric::tangential_size(double curvature, double hn, double phi, doub
     h = 0.5 * std::numbers::pi * (std::abs(phi) + hn) / sizes_.corner_elements;
   } else if (curvature != 0.0) {
     const double radius = 1.0 / std::abs(curvature) + (curvature * phi > 0.0 ? std::abs(phi) : 0.0);
-    const double chord = sizes_.chord == Chord::kWall ? layer_.h_min : hn;
-    h = std::sqrt(2.0 * radius * chord + chord * chord);
+    h = chord_length(1.0 / radius, sizes_.chord == Chord::kWall ? layer_.h_min : hn);
   }
   return std::clamp(h, hn, std::max(hn, largest));
 }
@@ -180,37 +185,46 @@ std::optional<Metric<3>> WallMetric::bend_metric(const WallPoint& wall, const Si
   return Metric<3>::from_frame(axes, Vec3(std::max(sizes.hn, floor), h1, size(wall.bend_k2)));
 }
 
+// Beside a sharp edge: across it the size starts at that of the fan around it; along it the size grows away
+// from the corners and resolves the curve of the edge, with which the frame turns.
+std::optional<Metric<3>> WallMetric::edge_metric(const WallPoint& wall, const Sizes& sizes,
+                                                 double floor) const {
+  if (!std::isfinite(wall.edge_distance)) return {};
+  const double angle = std::clamp(wall.edge_angle, 0.1, 0.5 * std::numbers::pi);
+  const double widest = std::max({sizes.ht1, sizes.ht2, floor});
+  const double fan =
+      std::max(sizes.hn * 0.5 * std::numbers::pi / angle,
+               tangential_size(std::numeric_limits<double>::infinity(), sizes.hn, wall.phi, widest));
+  const double hn = std::max(sizes.hn, floor);
+  const double across = std::max(fan + edge_rate_ * wall.edge_distance, hn);
+  if (across >= std::max(sizes.ht1, floor) && across >= std::max(sizes.ht2, floor)) return {};
+  Vec3 along = wall.edge_direction - wall.edge_direction.dot(wall.N) * wall.N;
+  constexpr double kAlongNormal = 1e-6;
+  const bool corner = along.norm() < kAlongNormal;
+  const double length = std::min({fan + edge_rate_ * wall.corner_distance,
+                                  chord_length(wall.edge_curvature, across), corner ? across : widest});
+  along = corner ? wall.N.unitOrthogonal() : Vec3(along.normalized());
+  Mat3 axes;
+  axes.row(0) = wall.N.transpose();
+  axes.row(1) = wall.N.cross(along).transpose();
+  axes.row(2) = along.transpose();
+  return Metric<3>::from_frame(axes, Vec3(hn, across, std::max(length, hn)));
+}
+
 Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const {
   Mat3 axes;
   axes.row(0) = wall.N.transpose();
   axes.row(1) = wall.T1.transpose();
   axes.row(2) = wall.T2.transpose();
   Vec3 h = Vec3(sizes.hn, sizes.ht1, sizes.ht2).cwiseMax(floor);
-  if (wall.feature == WallFeature::kEdge) h[2] = std::min(h[2], h[1] + edge_rate_ * wall.corner_distance);
-  Metric<3> base = Metric<3>::from_frame(axes, h);
-  if (const auto bend = bend_metric(wall, sizes, floor)) base = intersect(base, *bend);
-  if (wall.feature != WallFeature::kFace || !std::isfinite(wall.edge_distance)) return base;
-  // Across a nearby sharp edge the size starts at that of the fan around it, along the edge it grows away
-  // from the corners.
-  const double angle = std::clamp(wall.edge_angle, 0.1, 0.5 * std::numbers::pi);
-  const double widest = std::max(sizes.ht1, sizes.ht2);
-  const double fan =
-      std::max(sizes.hn * 0.5 * std::numbers::pi / angle,
-               tangential_size(std::numeric_limits<double>::infinity(), sizes.hn, wall.phi, widest));
-  const double across = std::max(fan + edge_rate_ * wall.edge_distance, floor);
-  const double lengthwise = std::max(fan + edge_rate_ * wall.corner_distance, floor);
-  if (across >= h[1] && across >= h[2]) return base;
-  Vec3 along = wall.edge_direction - wall.edge_direction.dot(wall.N) * wall.N;
-  constexpr double kAlongNormal = 1e-6;
-  if (along.norm() < kAlongNormal) {  // a corner: both directions
-    return Metric<3>::from_frame(axes, h.cwiseMin(Vec3(h[0], across, across)));
-  }
-  along.normalize();
-  axes.row(1) = wall.N.cross(along).transpose();
-  axes.row(2) = along.transpose();
-  return intersect(
-      base, Metric<3>::from_frame(axes, Vec3(h[0], std::max(across, h[0]),
-                                             std::max(std::min(lengthwise, std::max(h[1], h[2])), h[0]))));
+  const bool face = wall.feature == WallFeature::kFace;
+  if (wall.feature == WallFeature::kEdge)
+    h[2] =
+        std::min({h[2], h[1] + edge_rate_ * wall.corner_distance, chord_length(wall.edge_curvature, h[1])});
+  Metric<3> m = Metric<3>::from_frame(axes, h);
+  if (const auto bend = bend_metric(wall, sizes, floor)) m = intersect(m, *bend);
+  if (const auto edge = face ? edge_metric(wall, sizes, floor) : std::nullopt) m = intersect(m, *edge);
+  return m;
 }
 
 // The distance beyond which a further wall cannot ask for less than `size` in its normal direction.

@@ -90,6 +90,8 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] WallPoint face_wall(const Vec3& x, std::size_t face) const;
   [[nodiscard]] std::optional<Metric<3>> bend_metric(const WallPoint& wall, const Sizes& sizes,
                                                      double floor) const;
+  [[nodiscard]] std::optional<Metric<3>> edge_metric(const WallPoint& wall, const Sizes& sizes,
+                                                     double floor) const;
   [[nodiscard]] Metric<3> wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, double floor) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, const WallPoint& main,

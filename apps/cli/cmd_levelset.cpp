@@ -49,15 +49,13 @@ void add_levelset(CLI::App& root, Commands& commands) {
          stages.stage("level set");
          const Body body = load_body(c, &stages);
          const LevelSetReport& r = body.level_set.report();
-         for (const auto* list : {&body.surface.warnings, &r.warnings})
-           for (const std::string& w : *list) stages.warn(w);
          std::optional<ResolvedCase> resolved;
          std::optional<WallMetric> metric;
          if (state->with_metric()) {
            resolved = resolve_case(c, body);
            metric = wall_metric(body, *resolved);
-           for (const std::string& w : resolved->warnings) stages.warn(w);
          }
+         pass_on_warnings(body, resolved ? &*resolved : nullptr, stages);
          outputs.write(state->out, [&](const auto& path) {
            body.level_set.write(path, metric ? &*metric : nullptr, body.painted);
          });

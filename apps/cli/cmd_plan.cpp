@@ -29,14 +29,13 @@ void add_plan(CLI::App& root, Commands& commands) {
                         StageRecorder stages(&terminal);
                         stages.stage("level set");
                         const Body body = load_body(c, &stages);
-                        const ResolvedCase resolved = resolve_case(c, body);
-                        const WallMetric metric = wall_metric(body, resolved);
-                        for (const auto* list :
-                             {&body.surface.warnings, &body.level_set.report().warnings, &resolved.warnings})
-                          for (const std::string& w : *list) stages.warn(w);
+                        ResolvedCase resolved = resolve_case(c, body);
                         stages.done(fmt::format("{} voxels", body.level_set.report().active_voxels));
                         stages.stage("count");
-                        const Prediction prediction = predict(metric, &stages);
+                        const Prediction prediction = fit_to_target(resolved, body, &stages);
+                        const auto limits = limits_of_input(resolved, body, prediction);
+                        resolved.warnings.insert(resolved.warnings.end(), limits.begin(), limits.end());
+                        pass_on_warnings(body, &resolved, stages);
                         stages.done(fmt::format("{} evaluations of the metric", prediction.evaluations));
                         fmt::print("{}", state->json ? plan_json(resolved, prediction)
                                                      : plan_text(resolved, prediction));

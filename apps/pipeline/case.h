@@ -43,7 +43,7 @@ struct Case {
   LengthUnit unit = LengthUnit::kMetre;
   std::vector<std::string> size_grids;  ///< "NAME" in the body's .vdb, or "FILE.vdb:NAME"
   Flow flow;
-  std::optional<double> h2, h1, box2_margin;
+  std::optional<double> h2, h1, box2_margin, target_cells;
   std::optional<Box<3>> box2, domain;
   Profile profile = Profile::kLayered;
   double corner_elements = SizeOptions{}.corner_elements;

@@ -280,6 +280,9 @@ void add_sizes(Options& o) {
       bind(positive("sizes", "h1", "--h1", "m", "10 h2, at most a quarter of the domain's shortest side",
                     "largest size at the border of the domain (Box1)"),
            [](Case& c) -> optional<double>& { return c.h1; }));
+  o.push_back(bind(positive("sizes", "target_cells", "--target-cells", "", "",
+                            "number of cells to aim at: h2 and h1 are scaled, h_min is not"),
+                   [](Case& c) -> optional<double>& { return c.target_cells; }));
   o.push_back(
       bind(against(numbers(real("sizes", "box2", "--box2", "m", "the body and --box2-margin around it",
                                 "corners x0 y0 z0 x1 y1 z1 of Box2"),

@@ -167,14 +167,8 @@ void finish_report(Report& report, const Body& body, const Mesh<3>& mesh, const 
   report.mesh_hash = hash_of(mesh);
 }
 
-void pass_on_warnings(const Body& body, const ResolvedCase& r, StageRecorder& stages) {
-  for (const auto* list : {&body.surface.warnings, &body.level_set.report().warnings, &r.warnings})
-    for (const std::string& w : *list) stages.warn(w);
-}
-
-/// Predicts the number of cells. Errors: kParameter when no mesh could hold them.
-double expected_cells(const WallMetric& metric, StageRecorder& stages) {
-  const double cells = predict(metric, &stages).cells;
+/// Errors: kParameter when no mesh could hold so many cells.
+void check_count(double cells) {
   constexpr double kMost = std::numeric_limits<Index>::max();
   if (!(cells < kMost))
     throw Error(
@@ -182,7 +176,6 @@ double expected_cells(const WallMetric& metric, StageRecorder& stages) {
         fmt::format("about {:.2g} cells would be needed, and a mesh holds at most {:.2g}: raise --hmin, "
                     "--h2 or --h1, or make the domain smaller",
                     cells, kMost));
-  return cells;
 }
 
 AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
@@ -308,6 +301,13 @@ WallMetric wall_metric(const Body& body, const ResolvedCase& r) {
   return {body.level_set, r.layer, r.sizes, std::move(painted)};
 }
 
+void pass_on_warnings(const Body& body, const ResolvedCase* resolved, Progress& progress) {
+  static const std::vector<std::string> none;
+  for (const auto* list : {&body.surface.warnings, &body.level_set.report().warnings,
+                           resolved != nullptr ? &resolved->warnings : &none})
+    for (const std::string& w : *list) progress.warn(w);
+}
+
 Report run_case(const Case& c, Progress* progress) {
   const ThreadLimit limit(c.threads);
   StageRecorder stages(progress);
@@ -320,14 +320,15 @@ Report run_case(const Case& c, Progress* progress) {
   Report report;
   report.resolved = resolve_case(c, body);
   const ResolvedCase& r = report.resolved;
-  const WallMetric metric = wall_metric(body, r);
-  pass_on_warnings(body, r, stages);
   stages.done(fmt::format("{} voxels, {} layers from h_min {:.3g} to {:.3g}",
                           body.level_set.report().active_voxels, r.layer.layers, r.layer.h_min,
                           r.layer.top()));
 
   stages.stage("plan");
-  report.expected_cells = expected_cells(metric, stages);
+  report.expected_cells = fit_to_target(report.resolved, body, &stages).cells;
+  check_count(report.expected_cells);
+  const WallMetric metric = wall_metric(body, r);
+  pass_on_warnings(body, &r, stages);
   stages.done(fmt::format("about {:.2g} cells", report.expected_cells));
 
   stages.stage("seed");

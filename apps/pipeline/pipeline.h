@@ -32,6 +32,9 @@ WallMetric wall_metric(const Body& body, const ResolvedCase& r);
 /// Fills every default of the case that depends on the body (length, layers, boxes, sizes) and checks it.
 ResolvedCase resolve_case(const Case& c, const Body& body);
 
+/// Hands on what was said of the body and of the case, which may be null.
+void pass_on_warnings(const Body& body, const ResolvedCase* resolved, Progress& progress);
+
 /// Runs a case and writes everything it asks for. Returns the report; report.missed lists properties that
 /// were asked for and not reached (exit code 3).
 Report run_case(const Case& c, Progress* progress);

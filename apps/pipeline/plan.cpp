@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <vector>
 
 #include "apps/pipeline/detail/json.h"
@@ -33,20 +34,102 @@ struct Leaf {
   Vec3 half;  // half sizes
 };
 
+constexpr std::size_t kCauses = 7;
+
+/// Complexity of a part of space by cause, and its first moment.
+struct Cost {
+  std::array<double, kCauses> by_cause{};
+  Vec3 moment = Vec3::Zero();
+
+  [[nodiscard]] double sum() const {
+    double total = 0.0;
+    for (const double c : by_cause) total += c;
+    return total;
+  }
+  void add(const Cost& other) {
+    for (std::size_t i = 0; i < kCauses; ++i) by_cause[i] += other.by_cause[i];
+    moment += other.moment;
+  }
+};
+
+/// What the metric asks for at a sample beyond the plain layers over a flat wall.
+Cause cause_of(const WallMetric& metric, const WallSample& s) {
+  const WallPoint& w = s.wall;
+  if (s.region == Region::kBox1 || s.region == Region::kBox2) return Cause::kFarField;
+  if (w.feature == WallFeature::kCorner) return Cause::kCorner;
+  if (w.feature == WallFeature::kEdge) return Cause::kSharpEdge;
+  const double plain = 1.0 / (s.hn * s.ht1 * s.ht2);
+  const bool more = s.metric.sqrt_det() > 2.0 * plain;
+  const double widest = std::max(s.ht1, s.ht2);
+  if (more && w.corner_distance < widest) return Cause::kCorner;
+  if (more && w.edge_distance < widest) return Cause::kSharpEdge;
+  if (more && w.bend_distance < widest) return Cause::kBend;
+  if (more) return Cause::kOtherWall;
+  return s.ht1 < 0.5 * metric.sizes().h2 ? Cause::kCurvature : Cause::kFlatWall;
+}
+
+void narrow(Passage& a, const Passage& b) {
+  if (b.width < a.width) a = b;
+}
+
+using Cell = std::array<int, 3>;
+
 /// Sums of one leaf or of many.
 struct Sums {
   std::array<double, 4> complexity{};
+  std::map<Cell, Cost> costs;
+  Passage gap, thickness;
   std::int64_t evaluations = 0;
 
-  void add(const WallSample& s, double weight) {
-    complexity[static_cast<std::size_t>(s.region)] += weight * s.metric.sqrt_det();
-    ++evaluations;
+  void scale(double factor) {
+    for (double& c : complexity) c *= factor;
+    for (auto& [cell, cost] : costs) {
+      for (double& c : cost.by_cause) c *= factor;
+      cost.moment *= factor;
+    }
   }
   friend Sums operator+(Sums a, const Sums& b) {
     for (std::size_t i = 0; i < 4; ++i) a.complexity[i] += b.complexity[i];
+    for (const auto& [cell, cost] : b.costs) a.costs[cell].add(cost);
+    narrow(a.gap, b.gap);
+    narrow(a.thickness, b.thickness);
     a.evaluations += b.evaluations;
     return a;
   }
+};
+
+/// Adds samples of a metric to sums.
+class Sampler {
+ public:
+  explicit Sampler(const WallMetric& metric)
+      : metric_(metric), cell_(metric.wall().bounds().size().maxCoeff() / kSpotsAcross) {}
+
+  [[nodiscard]] const WallMetric& metric() const { return metric_; }
+  void add(Sums& sums, const Vec3& x, const WallSample& s, double weight) const {
+    const double c = weight * s.metric.sqrt_det();
+    sums.complexity[static_cast<std::size_t>(s.region)] += c;
+    const Eigen::Vector3i at = ((x - metric_.wall().bounds().lo) / cell_).array().floor().cast<int>();
+    Cost& cost = sums.costs[{at[0], at[1], at[2]}];
+    cost.by_cause[static_cast<std::size_t>(cause_of(metric_, s))] += c;
+    cost.moment += c * x;
+  }
+  /// Looks for a wall on the other side of x.
+  void look_across(Sums& sums, const Vec3& x, const WallPoint& wall) const {
+    const double reach = 2.0 * metric_.layer().top();
+    if (std::abs(wall.phi) > 0.5 * reach) return;
+    std::array<WallPoint, 4> others;
+    const int count = metric_.wall().others(x, wall, reach, others);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+      constexpr double kFacing = -0.7;  // cosine between the normals
+      if (others[i].N.dot(wall.N) > kFacing) continue;
+      narrow(wall.phi > 0.0 ? sums.gap : sums.thickness, {(others[i].closest - wall.closest).norm(), x});
+    }
+  }
+
+ private:
+  static constexpr double kSpotsAcross = 8.0;
+  const WallMetric& metric_;
+  double cell_;
 };
 
 /// Uniform in [0, 1), a function of its arguments alone (splitmix64).
@@ -129,8 +212,9 @@ struct Ray {
 };
 
 /// One side (+1 fluid, -1 body) of a ray: adds density and swept volume; returns the latter.
-double integrate_side(const WallMetric& metric, const Ray& ray, double side,
-                      const std::vector<double>& levels, Sums& sums) {
+double integrate_side(const Sampler& sampler, const Ray& ray, double side, const std::vector<double>& levels,
+                      Sums& sums) {
+  const WallMetric& metric = sampler.metric();
   constexpr double kGauss = 0.21132486540518713;  // abscissae of the two-point rule on [0, 1]
   constexpr double kSameFoot = 0.03;  // relative error of the distance that still means the same foot
   double volume = 0.0;
@@ -147,15 +231,16 @@ double integrate_side(const WallMetric& metric, const Ray& ray, double side,
       const WallSample s = metric.sample(x);
       ++sums.evaluations;
       if (std::abs(s.wall.phi - t) > kSameFoot * std::abs(t)) return volume;
-      sums.complexity[static_cast<std::size_t>(s.region)] += weight * s.metric.sqrt_det();
+      sampler.add(sums, x, s, weight);
       volume += weight;
     }
   }
   return volume;
 }
 
-Sums integrate_ray(const WallMetric& metric, const Vec3& x, const WallPoint& wall,
+Sums integrate_ray(const Sampler& sampler, const Vec3& x, const WallPoint& wall,
                    const std::vector<double>& levels, double weight) {
+  const WallMetric& metric = sampler.metric();
   Ray ray{wall.closest, wall.N, wall.feature, wall.k1, wall.k2};
   if (std::abs(wall.phi) > 1e-12 * metric.sizes().domain.diagonal())
     ray.direction = ((x - wall.closest) / wall.phi).normalized();
@@ -163,14 +248,86 @@ Sums integrate_ray(const WallMetric& metric, const Vec3& x, const WallPoint& wal
   Sums sums;
   double volume = 0.0;
   const bool face = ray.feature == WallFeature::kFace;
-  if (face || wall.phi > 0.0) volume += integrate_side(metric, ray, 1.0, levels, sums);
-  if (face || wall.phi <= 0.0) volume += integrate_side(metric, ray, -1.0, levels, sums);
+  if (face || wall.phi > 0.0) volume += integrate_side(sampler, ray, 1.0, levels, sums);
+  if (face || wall.phi <= 0.0) volume += integrate_side(sampler, ray, -1.0, levels, sums);
   if (volume <= 0.0) {  // the ray ends at once: the sample stands for itself
-    sums.add(metric.sample(x), weight);
+    sampler.add(sums, x, metric.sample(x), weight);
+    ++sums.evaluations;
     return sums;
   }
-  for (double& c : sums.complexity) c *= weight / volume;
+  sums.scale(weight / volume);
   return sums;
+}
+
+/// The leaf's column normal to a face of the domain that carries layers, through x.
+Sums integrate_column(const Sampler& sampler, const Leaf& leaf, const Vec3& x, std::size_t face) {
+  const WallMetric& metric = sampler.metric();
+  const int axis = static_cast<int>(face / 2);
+  const Box<3>& domain = metric.sizes().domain;
+  const double plane = face % 2 == 0 ? domain.lo[axis] : domain.hi[axis], out = face % 2 == 0 ? 1.0 : -1.0;
+  const double near = std::max(0.0, out * (leaf.center[axis] - plane) - leaf.half[axis]);
+  const double far = near + 2.0 * leaf.half[axis];
+  const double weight = 8.0 * leaf.half.prod() / (far - near);
+  Sums sums;
+  double from = near;
+  for (int k = 1; from < far; ++k) {
+    const bool layered = k <= metric.layer().layers;
+    const double to =
+        layered ? std::min(metric.layer().level(k), far) : std::min(1.5 * from + metric.layer().h_min, far);
+    if (to <= from) continue;
+    Vec3 at = x;
+    at[axis] = plane + out * 0.5 * (from + to);
+    sampler.add(sums, at, metric.sample(at), weight * (to - from));
+    ++sums.evaluations;
+    from = to;
+  }
+  return sums;
+}
+
+/// The face of the domain with layers that a leaf touches, or 6.
+std::size_t face_beside(const WallMetric& metric, const Leaf& leaf) {
+  const SizeOptions& o = metric.sizes();
+  for (std::size_t face = 0; face < 6; ++face) {
+    const int axis = static_cast<int>(face / 2);
+    const double room = face % 2 == 0 ? leaf.center[axis] - leaf.half[axis] - o.domain.lo[axis]
+                                      : o.domain.hi[axis] - leaf.center[axis] - leaf.half[axis];
+    if (o.walls[face] && room < 0.5 * leaf.half[axis]) return face;
+  }
+  return 6;
+}
+
+Sums integrate_leaf(const Sampler& sampler, const Leaf& leaf, std::size_t index,
+                    const std::vector<double>& levels) {
+  const Vec3 offset(uniform(index, 0), uniform(index, 1), uniform(index, 2));
+  const Vec3 x = leaf.center + leaf.half.cwiseProduct(2.0 * offset - Vec3::Ones());
+  const double weight = 8.0 * leaf.half.prod();
+  const WallSample s = sampler.metric().sample(x);
+  Sums sums;
+  const std::size_t face = face_beside(sampler.metric(), leaf);
+  if (std::abs(s.wall.phi) < levels.back())
+    sums = integrate_ray(sampler, x, s.wall, levels, weight);
+  else if (face < 6)
+    sums = integrate_column(sampler, leaf, x, face);
+  else
+    sampler.add(sums, x, s, weight);
+  ++sums.evaluations;
+  sampler.look_across(sums, x, s.wall);
+  return sums;
+}
+
+std::vector<Spot> costly_spots(const std::map<Cell, Cost>& costs) {
+  std::vector<Spot> spots;
+  for (const auto& [cell, cost] : costs) {
+    const double sum = cost.sum();
+    if (!(sum > 0.0)) continue;
+    const auto most = std::max_element(cost.by_cause.begin(), cost.by_cause.end()) - cost.by_cause.begin();
+    spots.push_back({cost.moment / sum, static_cast<Cause>(most), kCellsPerComplexity * sum});
+  }
+  constexpr std::size_t kShown = 5;
+  std::stable_sort(spots.begin(), spots.end(),
+                   [](const Spot& a, const Spot& b) { return a.cells > b.cells; });
+  if (spots.size() > kShown) spots.resize(kShown);
+  return spots;
 }
 
 }  // namespace
@@ -180,24 +337,16 @@ Prediction predict(const WallMetric& metric, Progress* progress) {
   const double band = 0.5 * smallest;
   const std::vector<Leaf> leaves = octree(metric, smallest, progress);
   const std::vector<double> levels = ray_levels(metric.layer(), band);
+  const Sampler sampler(metric);
   const Sums sums = reduce(
       leaves.size(), Sums(),
       [&](std::size_t begin, std::size_t end) {
         Sums part;
         if (progress != nullptr) progress->check_cancelled();
-        for (std::size_t i = begin; i < end; ++i) {
-          const Vec3 offset(uniform(i, 0), uniform(i, 1), uniform(i, 2));
-          const Vec3 x = leaves[i].center + leaves[i].half.cwiseProduct(2.0 * offset - Vec3::Ones());
-          const double weight = 8.0 * leaves[i].half.prod();
-          const WallSample s = metric.sample(x);
-          if (std::abs(s.wall.phi) < band)
-            part = part + integrate_ray(metric, x, s.wall, levels, weight);
-          else
-            part.add(s, weight);
-        }
+        for (std::size_t i = begin; i < end; ++i) part = part + integrate_leaf(sampler, leaves[i], i, levels);
         return part;
       },
-      [](const Sums& a, const Sums& b) { return a + b; }, 32);
+      [](const Sums& x, const Sums& y) { return x + y; }, 32);
   Prediction p;
   for (std::size_t i = 0; i < 4; ++i) {
     p.complexity += sums.complexity[i];
@@ -205,7 +354,80 @@ Prediction predict(const WallMetric& metric, Progress* progress) {
   }
   p.cells = kCellsPerComplexity * p.complexity;
   p.points = kPointsPerComplexity * p.complexity;
+  p.spots = costly_spots(sums.costs);
+  p.gap = sums.gap;
+  p.thickness = sums.thickness;
   p.evaluations = sums.evaluations;
+  return p;
+}
+
+const char* cause_text(Cause cause) {
+  constexpr std::array<const char*, kCauses> kTexts = {"layers over a flat wall",
+                                                       "curvature",
+                                                       "the border of a bend",
+                                                       "a sharp edge",
+                                                       "a corner",
+                                                       "another wall",
+                                                       "far field"};
+  return kTexts[static_cast<std::size_t>(cause)];
+}
+
+std::vector<std::string> limits_of_input(const ResolvedCase& r, const Body& body, const Prediction& p) {
+  std::vector<std::string> out;
+  const double h_min = r.layer.h_min;
+  const auto place = [](const Vec3& x) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", x[0], x[1], x[2]); };
+  if (body.surface.facet_sag > h_min)
+    out.push_back(
+        fmt::format("facets sag up to {:.3g}, {:.3g} times h_min: the first layers follow the facets, not "
+                    "the shape they stand for; triangulate finer",
+                    body.surface.facet_sag, body.surface.facet_sag / h_min));
+  constexpr double kFineVoxel = 100.0;  // of h_min: a spline through smooth values is that good
+  const double voxel = body.level_set.report().voxel;
+  if (body.from_vdb && voxel > kFineVoxel * h_min)
+    out.push_back(
+        fmt::format("a voxel of {:.3g} is {:.3g} times h_min: what the body has below a voxel is not in the "
+                    "grid; resample it finer, or raise --hmin",
+                    voxel, voxel / h_min));
+  if (p.gap.width < 2.0 * r.layer.top())
+    out.push_back(fmt::format(
+        "a gap of {:.3g} near {} is narrower than the layers of both its walls, {:.3g}: they meet "
+        "in its middle",
+        p.gap.width, place(p.gap.place), 2.0 * r.layer.top()));
+  const double mirrored = 2.0 * r.layer.level(r.sizes.mirrored_layers);
+  if (p.thickness.width < mirrored)
+    out.push_back(
+        fmt::format("the body is {:.3g} thick near {}, less than the layers inside it, {:.3g}: elements "
+                    "there see both its sides",
+                    p.thickness.width, place(p.thickness.place), mirrored));
+  return out;
+}
+
+Prediction fit_to_target(ResolvedCase& r, const Body& body, Progress* progress) {
+  Prediction p = predict(wall_metric(body, r), progress);
+  if (!r.c.target_cells) return p;
+  const double target = *r.c.target_cells, h2 = r.sizes.h2, h1 = r.sizes.h1;
+  constexpr double kClose = 0.03, kMostScale = 30.0;
+  constexpr int kSteps = 12;
+  // Below, the normal sizes of the layers would outgrow h2; above, h1 the domain.
+  double low = std::log(std::max(1.0 / kMostScale, 1.01 * r.layer.h_min / h2)), high = std::log(kMostScale),
+         at = 0.0;
+  const double side = r.sizes.domain.size().minCoeff();
+  for (int step = 0; step < kSteps && std::abs(p.cells / target - 1.0) > kClose; ++step) {
+    (p.cells > target ? low : high) = at;
+    at = 0.5 * (low + high);
+    r.sizes.h2 = std::min(h2 * std::exp(at), side);
+    r.sizes.h1 = std::clamp(h1 * std::exp(at), r.sizes.h2, std::max(r.sizes.h2, side));
+    p = predict(wall_metric(body, r), progress);
+  }
+  r.c.h2 = r.sizes.h2;
+  r.c.h1 = r.sizes.h1;
+  r.c.target_cells.reset();  // a second run from the resolved case changes nothing
+  r.warnings.push_back(fmt::format(
+      "--target-cells {:g}: h2 {:.4g} instead of {:.4g}, h1 {:.4g} instead of {:.4g}: about {:.3g} cells{}",
+      target, r.sizes.h2, h2, r.sizes.h1, h1, p.cells,
+      std::abs(p.cells / target - 1.0) <= 2.0 * kClose ? ""
+      : p.cells > target ? "; the layers alone need more than the target: raise --hmin or lower --layers"
+                         : "; no coarser or finer is possible"));
   return p;
 }
 
@@ -233,6 +455,12 @@ std::string plan_text(const ResolvedCase& r, const Prediction& p) {
   row("  in Box2", cells[0] + cells[1] + cells[2]);
   row("  in layers", cells[1]);
   row("  inside", cells[0]);
+  out += fmt::format("{:<12}{:>12.3g} s on one core, {:.3g} GB\n\nmost costly:\n", "time", p.seconds(),
+                     1e-9 * p.bytes());
+  for (const Spot& spot : p.spots)
+    out += fmt::format("{:>5.1f} % near ({:.4g}, {:.4g}, {:.4g}): {}\n",
+                       100.0 * spot.cells / std::max(p.cells, 1.0), spot.place[0], spot.place[1],
+                       spot.place[2], cause_text(spot.cause));
   return out;
 }
 
@@ -243,6 +471,15 @@ std::string plan_json(const ResolvedCase& r, const Prediction& p) {
                       {"height", r.layer.level(k)},
                       {"size", r.layer.h_min * std::pow(r.layer.growth, k - 1)}});
   const auto& cells = p.region_cells;
+  Json spots = Json::array();
+  for (const Spot& spot : p.spots)
+    spots.push_back({{"place", {spot.place[0], spot.place[1], spot.place[2]}},
+                     {"cells", spot.cells},
+                     {"cause", cause_text(spot.cause)}});
+  const auto passage = [](const Passage& at) {
+    if (!std::isfinite(at.width)) return Json();
+    return Json{{"width", at.width}, {"place", {at.place[0], at.place[1], at.place[2]}}};
+  };
   return json_text({{"lamina", version()},
                     {"case", to_json(r.c)},
                     {"layer", to_json(r.layer)},
@@ -260,6 +497,11 @@ std::string plan_json(const ResolvedCase& r, const Prediction& p) {
                         {"box2", cells[0] + cells[1] + cells[2]},
                         {"layer", cells[1]},
                         {"inside", cells[0]}}}}},
+                    {"seconds", p.seconds()},
+                    {"bytes", p.bytes()},
+                    {"most_costly", spots},
+                    {"narrowest_gap", passage(p.gap)},
+                    {"smallest_thickness", passage(p.thickness)},
                     {"evaluations", p.evaluations},
                     {"warnings", r.warnings}});
 }

@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include "apps/pipeline/pipeline.h"
 
@@ -13,16 +15,51 @@ namespace lamina {
 inline constexpr double kCellsPerComplexity = 11.9;
 inline constexpr double kPointsPerComplexity = 2.1;
 
+/// Seconds of one core (2 GHz of 2020) and bytes that a cell takes, measured on meshes of 0.2 to 8 million
+/// cells.
+inline constexpr double kSecondsPerCell = 1.4e-4;
+inline constexpr double kBytesPerCell = 115.0, kBytesAtLeast = 6e7;
+
+/// What makes a place costly.
+enum class Cause { kFlatWall, kCurvature, kBend, kSharpEdge, kCorner, kOtherWall, kFarField };
+const char* cause_text(Cause cause);
+
+/// A part of the domain, of an eighth of the body's extent, and what it costs.
+struct Spot {
+  Vec3 place = Vec3::Zero();  ///< mean place of its cells
+  Cause cause = Cause::kFlatWall;
+  double cells = 0.0;
+};
+
+/// The narrowest place between two walls that face each other.
+struct Passage {
+  double width = std::numeric_limits<double>::infinity();
+  Vec3 place = Vec3::Zero();
+};
+
 struct Prediction {
   double complexity = 0.0;
   double cells = 0.0, points = 0.0;
   std::array<double, 4> region_cells{};  ///< by Region
+  std::vector<Spot> spots;               ///< the five most costly ones, most costly first
+  Passage gap, thickness;                ///< of the fluid and of the body, as far as samples found them
   std::int64_t evaluations = 0;          ///< of the metric
+
+  [[nodiscard]] double seconds() const { return kSecondsPerCell * cells; }
+  [[nodiscard]] double bytes() const { return kBytesAtLeast + kBytesPerCell * cells; }
 };
 
 /// Integrates sqrt(det M) over the domain. The same bits for every thread count; within some 10 % of the
 /// integral. Cost: about 1e5 evaluations of the metric. Errors: kInterrupted.
 Prediction predict(const WallMetric& metric, Progress* progress = nullptr);
+
+/// Words on what the body cannot carry: facets that sag more than h_min, voxels many times h_min, gaps and
+/// thicknesses narrower than the layers.
+std::vector<std::string> limits_of_input(const ResolvedCase& resolved, const Body& body, const Prediction& p);
+
+/// Scales h2 and h1, not h_min, until about c.target_cells cells are predicted; without a target it only
+/// predicts. Says what it changed, or why it cannot, in resolved.warnings.
+Prediction fit_to_target(ResolvedCase& resolved, const Body& body, Progress* progress);
 
 /// The plan of a case: parameters, table of layers, sizes and predicted counts.
 std::string plan_text(const ResolvedCase& resolved, const Prediction& prediction);

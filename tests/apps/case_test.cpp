@@ -55,6 +55,7 @@ Case unusual_case() {
   c.flow.layers = 27;
   c.h2 = 0.1;
   c.h1 = 0.30000000000000004;
+  c.target_cells = 1.5e6;
   c.box2 = Box<3>{Vec3(-1, -2, -3), Vec3(1e-17, 2, 3e20)};
   c.domain = Box<3>{Vec3(-10, -20, -30), Vec3(10, 20, 30)};
   c.profile = Profile::kContinuous;

@@ -73,16 +73,20 @@ Vec3 Features::tangent_at(const Surface& s, Index a, Index b, double t) const {
   return ((1.0 - t) * end(a) + t * end(b)).normalized();
 }
 
+// A corner has no curvature: the other end's holds up to it.
+Vec3 Features::curvature_at(Index a, Index b, double t) const {
+  const auto end = [&](Index v, Index other) -> const Vec3& {
+    return curvature_[static_cast<std::size_t>(tangent_[static_cast<std::size_t>(v)].isZero() ? other : v)];
+  };
+  return (1.0 - t) * end(a, b) + t * end(b, a);
+}
+
 EdgePoint Features::on_edge(const Surface& s, const Topology& topo, Index edge, double t) const {
   const Edge& e = topo.edges[static_cast<std::size_t>(edge)];
   EdgePoint out;
   out.tangent = tangent_at(s, e.a, e.b, t);
   out.angle = std::abs(e.angle);
-  const auto end = [&](Index v, Index other) {
-    return tangent_[static_cast<std::size_t>(v)].isZero() ? curvature_[static_cast<std::size_t>(other)]
-                                                          : curvature_[static_cast<std::size_t>(v)];
-  };
-  out.curvature = (1.0 - t) * end(e.a, e.b) + t * end(e.b, e.a);
+  out.curvature = curvature_at(e.a, e.b, t);
   return out;
 }
 
@@ -98,6 +102,7 @@ void Features::describe(const Surface& s, Index facet, WallPoint& wall) const {
     const Segment& e = segments_[static_cast<std::size_t>(hit.segment)];
     wall.edge_distance = std::sqrt(hit.d2);
     wall.edge_angle = e.angle;
+    wall.edge_curvature = curvature_at(e.a, e.b, hit.t).norm();
     const Index end = hit.t <= 0.0 ? e.a : hit.t >= 1.0 ? e.b : kNone;
     if (end == kNone || !is_corner_[static_cast<std::size_t>(end)])
       wall.edge_direction = tangent_at(s, e.a, e.b, hit.t);
@@ -105,7 +110,7 @@ void Features::describe(const Surface& s, Index facet, WallPoint& wall) const {
   if (wall.corner_distance < wall.edge_distance) {
     wall.edge_distance = wall.corner_distance;
     wall.edge_direction.setZero();
-    wall.edge_angle = 0.0;
+    wall.edge_angle = wall.edge_curvature = 0.0;
   }
 }
 

@@ -38,6 +38,7 @@ class Features {
   };
   void gather(const Surface& surface, const Topology& topology, const SignRule& sign);
   void measure_curves(const Surface& surface, const Topology& topology);
+  [[nodiscard]] Vec3 curvature_at(Index a, Index b, double t) const;
   [[nodiscard]] Vec3 tangent_at(const Surface& surface, Index a, Index b, double t) const;
 
   std::vector<Segment> segments_;
