@@ -30,7 +30,6 @@ constexpr double kClipMargin = 8.0;  // pixels around the window that are drawn 
 constexpr double kThinnest = 0.2;    // pixels; thinner cells have no outline
 constexpr double kFullInk = 6.0;     // pixels; thicker cells have a full one
 constexpr std::size_t kVectorFills = 20000;
-constexpr Rgb kInkColor = {0.10, 0.11, 0.14}, kWallColor = {0.85, 0.05, 0.08}, kTopColor = {0.08, 0.25, 0.80};
 
 /// A value for each cell and how it becomes a colour.
 struct Coloring {
@@ -326,15 +325,8 @@ void paint_swatch(const Canvas& canvas, double x, double y, double width, double
 void paint_color_bar(const Canvas& canvas, const Layout& l, const Coloring& c, double y, double lowest,
                      double highest) {
   const double u = l.unit, width = 260.0 * u, x = l.page_width - 12.0 * u - width, height = 12.0 * u;
-  for (int i = 0; i < kLevels; ++i) {
-    cairo_rectangle(canvas.context(), x + width * i / kLevels, y - height, width / kLevels + 0.5, height);
-    canvas.set_color(c.color(i));
-    cairo_fill(canvas.context());
-  }
-  canvas.set_color(kInkColor);
-  cairo_set_line_width(canvas.context(), 0.5);
-  cairo_rectangle(canvas.context(), x, y - height, width, height);
-  cairo_stroke(canvas.context());
+  canvas.color_bar(x, y - height, width, height,
+                   [&](double t) { return c.color(static_cast<int>(t * (kLevels - 1) + 0.5)); });
   const bool size = c.mode == PictureColor::kSize;
   const auto shown = [size](double v) { return fmt::format("{:.3g}", size ? std::exp(v) : v); };
   canvas.text(x, y + 18.0 * u, 14.0 * u, shown(c.low));

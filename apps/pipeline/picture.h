@@ -30,6 +30,9 @@ struct PictureOptions {
   std::string title;                            ///< empty: none
 };
 
+/// Throws kFileUnsupported unless the extension is .png, .svg or .pdf.
+void check_picture_extension(const std::filesystem::path& path);
+
 /// Draws to .png, .svg or .pdf (the extension decides), atomically; the same bytes for the same input. The
 /// wall, phi = 0 of the point field "phi", is red where that field is there, phi = layer_top blue. Outlines
 /// fade where cells get thinner than a few pixels, so that dense layers do not turn black. Errors:

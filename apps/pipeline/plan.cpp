@@ -24,10 +24,9 @@
 namespace lamina {
 namespace {
 
-constexpr double kLeavesAcross = 24.0;  // wall leaves along the body's longest extent
-constexpr double kNearRatio = 0.5;      // half diagonal of a leaf against its distance from the wall
-constexpr int kRootCells = 6;           // of the octree, along the domain's longest side
-constexpr int kRayIntervals = 14;       // on each side of the wall, within the layer
+constexpr double kNearRatio = 0.5;  // half diagonal of a leaf against its distance from the wall
+constexpr int kRootCells = 6;       // of the octree, along the domain's longest side
+constexpr int kRayIntervals = 14;   // on each side of the wall, within the layer
 
 struct Leaf {
   Vec3 center;
@@ -332,8 +331,8 @@ std::vector<Spot> costly_spots(const std::map<Cell, Cost>& costs) {
 
 }  // namespace
 
-Prediction predict(const WallMetric& metric, Progress* progress) {
-  const double smallest = metric.wall().bounds().size().maxCoeff() / kLeavesAcross;
+Prediction predict(const WallMetric& metric, Progress* progress, double leaves_across) {
+  const double smallest = metric.wall().bounds().size().maxCoeff() / leaves_across;
   const double band = 0.5 * smallest;
   const std::vector<Leaf> leaves = octree(metric, smallest, progress);
   const std::vector<double> levels = ray_levels(metric.layer(), band);

@@ -49,9 +49,14 @@ struct Prediction {
   [[nodiscard]] double bytes() const { return kBytesAtLeast + kBytesPerCell * cells; }
 };
 
+/// Leaves of the quadrature's octree along the body's longest extent: for a count, and to tell costly places.
+inline constexpr double kCoarseLeaves = 24.0, kFineLeaves = 40.0;
+
 /// Integrates sqrt(det M) over the domain. The same bits for every thread count; within some 10 % of the
-/// integral. Cost: about 1e5 evaluations of the metric. Errors: kInterrupted.
-Prediction predict(const WallMetric& metric, Progress* progress = nullptr);
+/// integral. Cost: about 1e5 evaluations of the metric, three times as many with kFineLeaves. Errors:
+/// kInterrupted.
+Prediction predict(const WallMetric& metric, Progress* progress = nullptr,
+                   double leaves_across = kCoarseLeaves);
 
 /// Words on what the body cannot carry: facets that sag more than h_min, voxels many times h_min, gaps and
 /// thicknesses narrower than the layers.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "apps/pipeline/detail/canvas.h"
+#include "apps/pipeline/picture.h"
 #include "core/error.h"
 #include "core/parallel.h"
 
@@ -24,7 +25,6 @@ constexpr int kMostSteps = 1000;           // grazing rays of a rough wall
 constexpr double kEdgeWidth = 0.75;        // pixels
 constexpr double kMostCurvature = 1000.0;  // times extent; the scale ends there
 constexpr Rgb kBackground = {1.0, 1.0, 1.0};
-constexpr Rgb kEdgeColor = {0.1, 0.1, 0.1};
 
 struct View {
   Vec3 right, up, towards;  // orthonormal; `towards` points to the eye
@@ -78,7 +78,7 @@ double curvature_level(double k, double extent) {
 }
 
 Rgb color_of(const WallPoint& w, const View& v, WallColor color) {
-  if (w.edge_distance < kEdgeWidth * v.pixel || w.corner_distance < kEdgeWidth * v.pixel) return kEdgeColor;
+  if (w.edge_distance < kEdgeWidth * v.pixel || w.corner_distance < kEdgeWidth * v.pixel) return kInkColor;
   Rgb base = kPlainColor;
   if (color == WallColor::kCurvature) base = curvature_color(curvature_level(0.5 * (w.k1 + w.k2), v.extent));
   if (color == WallColor::kReliability) base = quality_color(w.reliability);
@@ -99,7 +99,6 @@ Rgb pixel_color(const WallField& wall, const View& v, int column, int row, WallC
   return sum;
 }
 
-// Rows of 32-bit pixels as cairo keeps them in CAIRO_FORMAT_RGB24.
 std::vector<std::uint32_t> render(const WallField& wall, const View& v, WallColor color) {
   std::vector<std::uint32_t> pixels(static_cast<std::size_t>(v.width) * static_cast<std::size_t>(v.height));
   for_each_index(
@@ -107,25 +106,17 @@ std::vector<std::uint32_t> render(const WallField& wall, const View& v, WallColo
       [&](std::size_t i) {
         const int column = static_cast<int>(i % static_cast<std::size_t>(v.width)),
                   row = static_cast<int>(i / static_cast<std::size_t>(v.width));
-        std::uint32_t word = 0;
-        for (const double part : pixel_color(wall, v, column, row, color))
-          word = word << 8 | static_cast<std::uint32_t>(std::lround(255.0 * part));
-        pixels[i] = word;
+        pixels[i] = pixel_of(pixel_color(wall, v, column, row, color));
       },
       512);
   return pixels;
 }
 
 void paint_scale(const Canvas& canvas, const View& v, WallColor color, double y, double u) {
-  constexpr int kLevels = 64;
   const double width = 260.0 * u, height = 12.0 * u, x = v.width - width - 12.0 * u;
-  for (int i = 0; i < kLevels; ++i) {
-    const double t = (i + 0.5) / kLevels;
-    canvas.set_color(color == WallColor::kCurvature ? curvature_color(t) : quality_color(t));
-    cairo_rectangle(canvas.context(), x + width * i / kLevels, y, width / kLevels + 0.5, height);
-    cairo_fill(canvas.context());
-  }
-  canvas.set_color(kEdgeColor);
+  canvas.color_bar(x, y, width, height, [&](double t) {
+    return color == WallColor::kCurvature ? curvature_color(t) : quality_color(t);
+  });
   if (color == WallColor::kReliability) {
     canvas.text(x - 12.0 * u, y + height, 14.0 * u, "reliability of the curvature", 1.0);
     for (const double t : {0.0, 0.5, 1.0})
@@ -163,13 +154,8 @@ void draw_wall(const std::filesystem::path& path, const WallField& wall, const W
   const int bottom = static_cast<int>(48.0 * u);
   std::vector<std::uint32_t> pixels = render(wall, v, options.color);
   Canvas canvas(path, v.width, top + v.height + bottom);
-  const std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> image(
-      cairo_image_surface_create_for_data(reinterpret_cast<unsigned char*>(pixels.data()), CAIRO_FORMAT_RGB24,
-                                          v.width, v.height, 4 * v.width),
-      cairo_surface_destroy);
-  cairo_set_source_surface(canvas.context(), image.get(), 0.0, top);
-  cairo_paint(canvas.context());
-  canvas.set_color(kEdgeColor);
+  canvas.image(0.0, top, v.width, v.height, pixels);
+  canvas.set_color(kInkColor);
   if (!options.title.empty()) canvas.text(12.0 * u, 26.0 * u, 20.0 * u, options.title);
   if (options.color != WallColor::kPlain) paint_scale(canvas, v, options.color, top + v.height + 8.0 * u, u);
   canvas.finish();

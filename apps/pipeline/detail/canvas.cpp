@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
+#include "apps/pipeline/picture.h"
 #include "core/error.h"
 
 namespace lamina {
@@ -65,6 +67,12 @@ std::string renumber(const std::string& svg) {
 
 }  // namespace
 
+std::uint32_t pixel_of(const Rgb& c) {
+  std::uint32_t word = 0;
+  for (const double part : c) word = word << 8 | static_cast<std::uint32_t>(std::lround(255.0 * part));
+  return word;
+}
+
 void check_picture_extension(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
   if (extension != ".png" && extension != ".svg" && extension != ".pdf")
@@ -104,6 +112,27 @@ void Canvas::text(double x, double y, double size, const std::string& s, double 
   cairo_text_extents(context(), s.c_str(), &extents);
   cairo_move_to(context(), x - align * extents.x_advance, y);
   cairo_show_text(context(), s.c_str());
+}
+
+void Canvas::image(double x, double y, int width, int height, std::vector<std::uint32_t>& pixels) const {
+  const std::unique_ptr<cairo_surface_t, Release> picture(cairo_image_surface_create_for_data(
+      reinterpret_cast<unsigned char*>(pixels.data()), CAIRO_FORMAT_RGB24, width, height, 4 * width));
+  cairo_set_source_surface(context(), picture.get(), x, y);
+  cairo_paint(context());
+}
+
+void Canvas::color_bar(double x, double y, double width, double height,
+                       FunctionRef<Rgb(double)> color) const {
+  constexpr int kLevels = 64;
+  for (int i = 0; i < kLevels; ++i) {
+    cairo_rectangle(context(), x + width * i / kLevels, y, width / kLevels + 0.5, height);
+    set_color(color(static_cast<double>(i) / (kLevels - 1)));
+    cairo_fill(context());
+  }
+  set_color(kInkColor);
+  cairo_set_line_width(context(), 0.5);
+  cairo_rectangle(context(), x, y, width, height);
+  cairo_stroke(context());
 }
 
 void Canvas::finish() {

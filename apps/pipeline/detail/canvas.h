@@ -1,12 +1,15 @@
 // A page to draw on: cairo surfaces of .png, .svg and .pdf behind one owner.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "apps/pipeline/detail/color_map.h"
 #include "core/file.h"
+#include "core/parallel.h"
 
 // As cairo.h declares them; it is included by the sources only.
 typedef struct _cairo cairo_t;
@@ -14,8 +17,11 @@ typedef struct _cairo_surface cairo_surface_t;
 
 namespace lamina {
 
-/// Throws kFileUnsupported unless the extension is .png, .svg or .pdf.
-void check_picture_extension(const std::filesystem::path& path);
+inline constexpr Rgb kInkColor = {0.10, 0.11, 0.14}, kWallColor = {0.85, 0.05, 0.08},
+                     kTopColor = {0.08, 0.25, 0.80};
+
+/// 0x00RRGGBB.
+std::uint32_t pixel_of(const Rgb& c);
 
 class Canvas {
  public:
@@ -28,6 +34,10 @@ class Canvas {
   void set_color(const Rgb& c, double alpha = 1.0) const;
   /// Writes text with its left end (align 0), middle (0.5) or right end (1) at x and its baseline at y.
   void text(double x, double y, double size, const std::string& s, double align = 0.0) const;
+  /// Paints rows of pixels 0x00RRGGBB with their upper left corner at (x, y).
+  void image(double x, double y, int width, int height, std::vector<std::uint32_t>& pixels) const;
+  /// A framed scale of colours color(0) to color(1), from left to right.
+  void color_bar(double x, double y, double width, double height, FunctionRef<Rgb(double)> color) const;
   /// Writes and renames. Errors: kFileWrite.
   void finish();
 
