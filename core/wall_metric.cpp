@@ -85,6 +85,7 @@ WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const 
       rate_(sizes.gradation > 0.0 ? std::log(sizes.gradation) : kUnbounded),
       edge_rate_(std::log(sizes.edge_growth)) {
   check(layer_, sizes_, wall.bounds());
+  start_ = std::min(sizes_.h2, layer_size(layer_.top()));
   open_domain_ = sizes_.domain;
   for (std::size_t face = 0; face < 6; ++face) {
     constexpr double kFarAway = 1e100;
@@ -126,15 +127,14 @@ double WallMetric::normal_size(const Vec3& x, double phi) const {
   if (phi <= 0.0) return inside_size(-phi);
   const double top = layer_.top();
   if (phi <= top) return std::min(sizes_.h2, layer_size(phi));
-  const double start = std::min(sizes_.h2, layer_.top_size());
   const double above = phi - top;
   double h;
   if (sizes_.box2.outer_distance(x) > 0.0) {
     h = far_size(x);
   } else {
-    h = start + (sizes_.h2 - start) * above / (above + sizes_.box2.inner_distance(x));
+    h = start_ + (sizes_.h2 - start_) * above / (above + sizes_.box2.inner_distance(x));
   }
-  return std::min(h, start + rate_ * above);
+  return std::min(h, start_ + rate_ * above);
 }
 
 // sqrt(2 R h + h^2) [eq. 29]. R is the radius of the wall plus, where level surfaces widen away from it, the
@@ -201,7 +201,9 @@ std::optional<Metric<3>> WallMetric::edge_metric(const WallPoint& wall, const Si
   Vec3 along = wall.edge_direction - wall.edge_direction.dot(wall.N) * wall.N;
   constexpr double kAlongNormal = 1e-6;
   const bool corner = along.norm() < kAlongNormal;
-  const double length = std::min({fan + edge_rate_ * wall.corner_distance,
+  constexpr double kHastyInside = 3.0;  // nobody needs the body's own cells small
+  const double corner_rate = wall.phi < 0.0 ? kHastyInside * edge_rate_ : edge_rate_;
+  const double length = std::min({fan + corner_rate * wall.corner_distance,
                                   chord_length(wall.edge_curvature, across), corner ? across : widest});
   along = corner ? wall.N.unitOrthogonal() : Vec3(along.normalized());
   Mat3 axes;
@@ -229,10 +231,9 @@ Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, dou
 
 // The distance beyond which a further wall cannot ask for less than `size` in its normal direction.
 double WallMetric::reach(const Vec3& x, double size) const {
-  const double top_size = layer_.top_size();
-  if (size <= top_size) return std::max(0.0, (size - layer_.h_min) / (layer_.growth - 1.0));
-  const double u = std::min(0.5, (size - top_size) / std::max(sizes_.h2 - top_size, 1e-300));
-  return layer_.top() + std::max(sizes_.box2.inner_distance(x) * u / (1.0 - u), (size - top_size) / rate_);
+  if (size <= start_) return std::max(0.0, (size - layer_.h_min) / (layer_.growth - 1.0));
+  const double u = std::min(0.5, (size - start_) / std::max(sizes_.h2 - start_, 1e-300));
+  return layer_.top() + std::max(sizes_.box2.inner_distance(x) * u / (1.0 - u), (size - start_) / rate_);
 }
 
 Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, const WallPoint& main,

@@ -103,6 +103,7 @@ class WallMetric : public MetricField<3> {
   SizeOptions sizes_;
   std::vector<const SizeField*> painted_;
   Box<3> open_domain_;  ///< the domain without its walls: those sides are infinitely far
+  double start_ = 0.0;  ///< normal size at the top of the layers
   bool has_walls_ = false;
   double rate_;       ///< growth of sizes per unit of length that keeps to SizeOptions::gradation
   double edge_rate_;  ///< growth per unit of length that makes a ratio of edge_growth per element
