@@ -146,8 +146,7 @@ std::vector<Vertex> candidates(const FacetWall& wall, double voxel) {
         all[i].group = kNone;
         if (rough[static_cast<std::size_t>(g.shape)] < kScatter || flat[static_cast<std::size_t>(g.shape)])
           return;
-        if (!(g.facet_width > 0.0) || g.broad_shape != kNone || g.facet_width > kCoarsest * voxel * 8.0)
-          return;
+        if (!(g.facet_width > 0.0) || g.parts > 1 || g.facet_width > kCoarsest * voxel * 8.0) return;
         for (const Index corner : wall.topology().star_of(g.vertex))
           for (const Index e : wall.topology().facet_edges[static_cast<std::size_t>(corner / 4)])
             if (wall.topology().edges[static_cast<std::size_t>(e)].kind != EdgeKind::kSmooth) return;
