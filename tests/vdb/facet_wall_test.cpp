@@ -73,6 +73,25 @@ TEST(FacetWall, CubeEdgeAndCornerRays) {
   EXPECT_LT((wall.at({1.0, 1.0, 1.0}).N - Vec3(1, 1, 1).normalized()).norm(), 1e-14);
 }
 
+TEST(FacetWall, AKnownDistanceChangesNothing) {
+  for (const Surface& s : {torus(1.0, 0.3, 30, 12), box(Vec3::Zero(), Vec3::Ones())}) {
+    const FacetWall wall(s, kAngle);
+    Dice dice(8);
+    const Box<3> b = s.bounds().padded(0.5);
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 x = i % 20 == 0 ? s.points[static_cast<std::size_t>(i) % s.points.size()]
+                                 : Vec3(dice.point(b.lo, b.hi));
+      const WallPoint asked = wall.at(x);
+      const WallPoint known = wall.at_known(x, static_cast<double>(static_cast<float>(asked.phi)));
+      EXPECT_EQ(known.phi, asked.phi);
+      EXPECT_EQ(known.closest, asked.closest);
+      EXPECT_EQ(known.N, asked.N);
+      EXPECT_EQ(known.k1, asked.k1);
+      EXPECT_EQ(known.edge_distance, asked.edge_distance);
+    }
+  }
+}
+
 TEST(FacetWall, FrameIsConstantAlongRays) {
   for (const Surface& s :
        {torus(1.0, 0.3, 30, 12), box(Vec3::Zero(), Vec3::Ones()), cylinder(0.5, 0.0, 1.0, 40)}) {
