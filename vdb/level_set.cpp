@@ -183,8 +183,10 @@ void LevelSet::sample_phi(std::span<const Vec3> points, std::span<double> out) c
 void LevelSet::write(const std::filesystem::path& path, const WallMetric* metric,
                      std::span<const SizeGrid> painted) const {
   check_names(path, painted);
-  const auto at = [&](const Vec3& x) -> detail::BandGrid::Sample {
-    if (metric == nullptr) return {.wall = impl_->wall->at(x)};
+  const auto* facets = dynamic_cast<const detail::FacetWall*>(impl_->wall.get());
+  // The sign took a winding number where shells cross: it is not asked for again.
+  const auto at = [&](const Vec3& x, double phi) -> detail::BandGrid::Sample {
+    if (metric == nullptr) return {.wall = facets ? facets->at_known(x, phi) : impl_->wall->at(x)};
     const WallSample s = metric->sample(x);
     const Metric<3>& m = s.metric;
     return {.wall = s.wall,

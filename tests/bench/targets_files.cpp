@@ -73,7 +73,7 @@ void bits_row(Table& table) {
   detail::BandGrid grid = detail::BandGrid::from_surface(s, voxel, 6.0, Vec3::Zero());
   grid.polish([&](const Vec3& x, double bound) { return wall.phi_within(x, bound); });
   grid.write(scratch.file("a.vdb"),
-             [&](const Vec3& x) { return detail::BandGrid::Sample{.wall = wall.at(x)}; }, false, {});
+             [&](const Vec3& x, double) { return detail::BandGrid::Sample{.wall = wall.at(x)}; }, false, {});
   std::map<std::array<int, 3>, float> memory;
   const detail::SparseGrid values = grid.extract();
   for (const detail::Block& b : values.blocks())

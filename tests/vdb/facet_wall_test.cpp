@@ -73,6 +73,25 @@ TEST(FacetWall, CubeEdgeAndCornerRays) {
   EXPECT_LT((wall.at({1.0, 1.0, 1.0}).N - Vec3(1, 1, 1).normalized()).norm(), 1e-14);
 }
 
+TEST(FacetWall, AKnownDistanceChangesNothing) {
+  for (const Surface& s : {torus(1.0, 0.3, 30, 12), box(Vec3::Zero(), Vec3::Ones())}) {
+    const FacetWall wall(s, kAngle);
+    Dice dice(8);
+    const Box<3> b = s.bounds().padded(0.5);
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 x = i % 20 == 0 ? s.points[static_cast<std::size_t>(i) % s.points.size()]
+                                 : Vec3(dice.point(b.lo, b.hi));
+      const WallPoint asked = wall.at(x);
+      const WallPoint known = wall.at_known(x, static_cast<double>(static_cast<float>(asked.phi)));
+      EXPECT_EQ(known.phi, asked.phi);
+      EXPECT_EQ(known.closest, asked.closest);
+      EXPECT_EQ(known.N, asked.N);
+      EXPECT_EQ(known.k1, asked.k1);
+      EXPECT_EQ(known.edge_distance, asked.edge_distance);
+    }
+  }
+}
+
 TEST(FacetWall, FrameIsConstantAlongRays) {
   for (const Surface& s :
        {torus(1.0, 0.3, 30, 12), box(Vec3::Zero(), Vec3::Ones()), cylinder(0.5, 0.0, 1.0, 40)}) {
@@ -110,6 +129,45 @@ TEST(FacetWall, NormalIsContinuousOverASmoothWall) {
     last = n;
   }
   EXPECT_LT(worst, 0.5);  // the facets' own normals jump by 15 degrees
+}
+
+// One face of a rounded cube: a flat square, two fillets of long facets, a ball patch of small ones. All four
+// meet in one vertex.
+Surface rounded_face(double radius, double core, int cells) {
+  std::vector<std::array<double, 2>> line{{0.0, 0.0}};  // core coordinate, tangent
+  for (int i = 0; i <= cells; ++i) line.push_back({core, std::tan(0.25 * kPi * i / cells)});
+  const int n = static_cast<int>(line.size());
+  Surface s;
+  for (const auto& [cx, tx] : line)
+    for (const auto& [cy, ty] : line)
+      s.points.push_back(Vec3(cx, cy, core) + radius * Vec3(tx, ty, 1.0).normalized());
+  for (int i = 0; i + 1 < n; ++i)
+    for (int j = 0; j + 1 < n; ++j) {
+      const Index a = i * n + j;
+      s.triangles.push_back({a, a + n, a + n + 1});
+      s.triangles.push_back({a, a + n + 1, a + 1});
+    }
+  s.tags.assign(s.triangles.size(), 0);
+  s.tag_names = {"wall"};
+  return s;
+}
+
+TEST(FacetWall, FilletsKeepTheirCurvatureWhereTheyMeetAFlatFaceAndABall) {
+  const double radius = 0.1, core = 0.4;
+  const FacetWall wall(rounded_face(radius, core, 12), kAngle);
+  const double turn = 0.01;  // radians; within the first row of facets
+  const auto expect = [&](const Vec3& at, double k1, double k2) {
+    const WallPoint w = wall.at(at);
+    EXPECT_NEAR(w.k1 * radius, k1, 0.01);
+    EXPECT_NEAR(w.k2 * radius, k2, 0.01);
+  };
+  const double c = core + 1.01 * radius * std::sin(turn), z = core + 1.01 * radius * std::cos(turn);
+  for (const double along : {0.3, 0.39, 0.399}) {
+    expect({along, along, core + 1.01 * radius}, 0.0, 0.0);
+    expect({along, c, z}, 1.0, 0.0);
+    expect({c, along, z}, 1.0, 0.0);
+  }
+  expect({c, c, z}, 1.0, 1.0);
 }
 
 TEST(FacetWall, SphereAndTorusAgainstFormulas) {

@@ -194,6 +194,7 @@ TriangleBvh::TriangleBvh(std::span<const Vec3> points, std::span<const std::arra
   std::vector<BoxRef> refs;
   gather_refs(points, triangles, subset, refs);
   tree_ = build_box_tree(std::move(refs));
+  wide_ = WideTree(tree_);
   slots_.resize(tree_.ids.size());
   sliver_.resize(tree_.ids.size());
   for_each_index(slots_.size(), [&](std::size_t i) {
@@ -224,7 +225,7 @@ TriangleHit TriangleBvh::closest(const Vec3& x, double max_d2, double eps) const
   double best = max_d2;
   Answer answer{max_d2, 0.0, 0.0, kInterior};
   int found = -1;
-  visit_nearest(tree_, local.data(), best, (1.0 + eps) * (1.0 + eps), [&](int begin, int count) {
+  wide_.visit_nearest(local.data(), best, (1.0 + eps) * (1.0 + eps), [&](int begin, int count) {
     for (int i = begin; i < begin + count; ++i) {
       const Slot& s = slots_[static_cast<std::size_t>(i)];
       const double ap[3] = {local[0] - s.a[0], local[1] - s.a[1], local[2] - s.a[2]};
@@ -244,7 +245,8 @@ TriangleHit TriangleBvh::closest(const Vec3& x, double max_d2, double eps) const
 }
 
 double TriangleBvh::bytes() const {
-  return static_cast<double>(tree_.nodes.size() * sizeof(BoxNode) + tree_.ids.size() * sizeof(Index) +
+  return wide_.bytes() +
+         static_cast<double>(tree_.nodes.size() * sizeof(BoxNode) + tree_.ids.size() * sizeof(Index) +
                              slots_.size() * sizeof(Slot) + sliver_.size());
 }
 

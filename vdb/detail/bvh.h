@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "vdb/detail/box_tree.h"
+#include "vdb/detail/wide_tree.h"
 
 namespace lamina::detail {
 
@@ -50,6 +51,7 @@ class TriangleBvh {
     double a[3], ab[3], ac[3];
   };
   BoxTree tree_;
+  WideTree wide_;  ///< the same leaves
   std::vector<Slot> slots_;
   std::vector<std::uint8_t> sliver_;
   Vec3 origin_ = Vec3::Zero();

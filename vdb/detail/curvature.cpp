@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/parallel.h"
@@ -69,29 +70,37 @@ Mat3 rotation(const Vec3& a, const Vec3& b) {
   return Mat3::Identity() + k + k * k / (1.0 + c);
 }
 
-// Groups of corners around v that are joined through smooth edges, in star order.
+// Calls visit(edge, j) for the corners j, out of a sorted list around a vertex, whose facets meet that of
+// corner i in a smooth edge there.
+template <class Visit>
+void visit_across(const Topology& topo, std::span<const Index> corners, std::size_t i, Visit&& visit) {
+  const Index facet = corners[i] / 4, corner = corners[i] % 4;
+  for (const Index k : {corner, (corner + 2) % 3}) {
+    const Edge& e = topo.edges[static_cast<std::size_t>(
+        topo.facet_edges[static_cast<std::size_t>(facet)][static_cast<std::size_t>(k)])];
+    if (e.kind != EdgeKind::kSmooth || !e.regular) continue;
+    const Index other = neighbour(topo, facet, e);
+    const auto at = std::lower_bound(corners.begin(), corners.end(), 4 * other);
+    if (at != corners.end() && *at / 4 == other) visit(e, static_cast<std::size_t>(at - corners.begin()));
+  }
+}
+
+// Groups of corners around v that are joined through smooth edges, each sorted.
 std::vector<std::vector<Index>> smooth_groups(const Topology& topo, std::span<const Index> star) {
   std::vector<std::vector<Index>> groups;
   std::vector<std::uint8_t> done(star.size(), 0);
   for (std::size_t seed = 0; seed < star.size(); ++seed) {
     if (done[seed]) continue;
-    std::vector<Index> group{star[seed]};
+    std::vector<std::size_t> group{seed};
     done[seed] = 1;
     for (std::size_t i = 0; i < group.size(); ++i) {
-      const Index facet = group[i] / 4, corner = group[i] % 4;
-      for (const Index k : {corner, (corner + 2) % 3}) {
-        const Edge& e = topo.edges[static_cast<std::size_t>(
-            topo.facet_edges[static_cast<std::size_t>(facet)][static_cast<std::size_t>(k)])];
-        if (e.kind != EdgeKind::kSmooth || !e.regular) continue;
-        const Index other = neighbour(topo, facet, e);
-        const auto at = std::lower_bound(star.begin(), star.end(), 4 * other);  // stars are in facet order
-        const std::size_t j = static_cast<std::size_t>(at - star.begin());
-        if (at == star.end() || *at / 4 != other || done[j]) continue;
-        done[j] = 1;
-        group.push_back(star[j]);
-      }
+      visit_across(topo, star, group[i], [&](const Edge&, std::size_t j) {  // stars are in facet order
+        if (std::exchange(done[j], std::uint8_t{1}) == 0) group.push_back(j);
+      });
     }
-    groups.push_back(std::move(group));
+    std::sort(group.begin(), group.end());
+    groups.emplace_back();
+    for (const std::size_t i : group) groups.back().push_back(star[i]);
   }
   return groups;
 }
@@ -109,36 +118,38 @@ Vec3 max_normal(const Surface& s, const Topology& topo, const std::vector<Index>
   return Vec3::UnitZ();
 }
 
+constexpr int kRest = 0, kFirstBroad = 1, kUnsorted = -1;
+
 struct GroupDraft {
-  std::vector<Index> corners;
-  std::vector<std::uint8_t> broad;
+  std::vector<Index> corners;  // sorted
+  std::vector<int> part;       // of each corner: kRest, or a set of broad facets counted from kFirstBroad
+  int parts = 1;
   Vec3 normal;
-  bool has_broad = false;
 };
 
-// Facets coplanar with a broad one, of the same flat face, are broad as well.
-void spread_broad(const Topology& topo, GroupDraft& g) {
-  std::vector<std::size_t> stack;
-  for (std::size_t i = 0; i < g.corners.size(); ++i)
-    if (g.broad[i]) stack.push_back(i);
-  if (stack.empty()) return;
-  std::vector<std::pair<Index, std::size_t>> place;
-  for (std::size_t i = 0; i < g.corners.size(); ++i) place.emplace_back(g.corners[i] / 4, i);
-  std::sort(place.begin(), place.end());
+// The corners listed hand their part on to those of part `from` across edges bent by less than `angle`.
+void spread(const Topology& topo, std::vector<std::size_t> stack, int from, double angle, GroupDraft& g) {
   while (!stack.empty()) {
-    const Index facet = g.corners[stack.back()] / 4, corner = g.corners[stack.back()] % 4;
+    const std::size_t i = stack.back();
     stack.pop_back();
-    for (const Index k : {corner, (corner + 2) % 3}) {
-      const Edge& e = topo.edges[static_cast<std::size_t>(
-          topo.facet_edges[static_cast<std::size_t>(facet)][static_cast<std::size_t>(k)])];
-      if (e.kind != EdgeKind::kSmooth || !e.regular || std::abs(e.angle) >= kBent) continue;
-      const auto at =
-          std::lower_bound(place.begin(), place.end(), std::pair{neighbour(topo, facet, e), std::size_t{0}});
-      if (at == place.end() || at->first != neighbour(topo, facet, e) || g.broad[at->second]) continue;
-      g.broad[at->second] = 1;
-      stack.push_back(at->second);
-    }
+    visit_across(topo, g.corners, i, [&](const Edge& e, std::size_t j) {
+      if (std::abs(e.angle) >= angle || g.part[j] != from) return;
+      g.part[j] = g.part[i];
+      stack.push_back(j);
+    });
   }
+}
+
+// Puts the broad ones among the rest, and the facets coplanar with them, into part `broad`.
+template <class Accept>
+void mark_broad(const Surface& s, const Topology& topo, int broad, GroupDraft& g, Accept&& accept) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < g.corners.size(); ++i)
+    if (g.part[i] == kRest && accept(g.corners[i] / 4) &&
+        is_broad(s, topo, g.corners[i] / 4, g.corners[i] % 4))
+      found.push_back(i);
+  for (const std::size_t i : found) g.part[i] = broad;
+  spread(topo, std::move(found), kRest, kBent, g);
 }
 
 // Facets of flat faces: those with a vertex around which all lies in one plane, and what goes on in their
@@ -170,33 +181,57 @@ std::vector<std::uint8_t> flat_facets(const Surface& s, const Topology& topo) {
   return flat;
 }
 
+// Mean normal of the broad facets; zero when they disagree, or when there are none.
+Vec3 broad_normal(const Surface& s, const Topology& topo, const GroupDraft& g) {
+  Vec3 sum = Vec3::Zero();
+  double weight = 0.0;
+  for (std::size_t i = 0; i < g.corners.size(); ++i) {
+    const Index c = g.corners[i];
+    if (g.part[i] == kRest) continue;
+    const double angle = corner_angle(s, c / 4, c % 4);
+    sum += angle * topo.normals[static_cast<std::size_t>(c / 4)];
+    weight += angle;
+  }
+  return weight > 0.0 && sum.norm() > kBroadAgree * weight ? Vec3(sum.normalized()) : Vec3(Vec3::Zero());
+}
+
+// Each connected set of broad facets gets a curvature of its own: where two fillets and a ball patch meet in
+// the corner of a flat face, each fillet bends another way, and none like their mean.
+void number_broad(const Topology& topo, GroupDraft& g) {
+  for (std::size_t i = 0; i < g.corners.size(); ++i) {
+    if (g.part[i] != kUnsorted) continue;
+    g.part[i] = g.parts++;
+    spread(topo, {i}, kUnsorted, std::numeric_limits<double>::infinity(), g);
+  }
+}
+
 GroupDraft draft_group(const Surface& s, const Topology& topo, const std::vector<std::uint8_t>& flat_facet,
                        std::vector<Index> corners) {
   GroupDraft g;
   g.corners = std::move(corners);
-  g.broad.resize(g.corners.size());
-  bool any_flat = false, all_flat = true;
-  for (std::size_t i = 0; i < g.corners.size(); ++i) {
-    g.broad[i] = flat_facet[static_cast<std::size_t>(g.corners[i] / 4)];
-    any_flat |= g.broad[i] != 0;
-    all_flat &= g.broad[i] != 0;
+  g.part.assign(g.corners.size(), kRest);
+  std::vector<std::size_t> flat;
+  for (std::size_t i = 0; i < g.corners.size(); ++i)
+    if (flat_facet[static_cast<std::size_t>(g.corners[i] / 4)]) flat.push_back(i);
+  if (flat.empty()) {
+    mark_broad(s, topo, kUnsorted, g, [](Index) { return true; });
+  } else if (flat.size() < g.corners.size()) {
+    for (const std::size_t i : flat) g.part[i] = kFirstBroad;
+    spread(topo, flat, kRest, kBent, g);
+    g.parts = kFirstBroad + 1;
   }
-  if (all_flat) std::fill(g.broad.begin(), g.broad.end(), 0);
-  if (!any_flat)
-    for (std::size_t i = 0; i < g.corners.size(); ++i)
-      g.broad[i] = is_broad(s, topo, g.corners[i] / 4, g.corners[i] % 4);
-  spread_broad(topo, g);
-  Vec3 flat = Vec3::Zero();
-  double weight = 0.0;
-  for (std::size_t i = 0; i < g.corners.size(); ++i) {
-    const Index c = g.corners[i];
-    if (!g.broad[i]) continue;
-    flat += corner_angle(s, c / 4, c % 4) * topo.normals[static_cast<std::size_t>(c / 4)];
-    weight += corner_angle(s, c / 4, c % 4);
+  g.normal = broad_normal(s, topo, g);
+  if (g.normal.isZero()) {
+    std::fill(g.part.begin(), g.part.end(), kRest);
+    g.parts = 1;
+    g.normal = max_normal(s, topo, g.corners);
+    return g;
   }
-  g.has_broad = weight > 0.0 && flat.norm() > kBroadAgree * weight;
-  if (!g.has_broad) std::fill(g.broad.begin(), g.broad.end(), 0);
-  g.normal = g.has_broad ? flat.normalized() : max_normal(s, topo, g.corners);
+  if (!flat.empty())
+    mark_broad(s, topo, kUnsorted, g, [&](Index facet) {
+      return topo.normals[static_cast<std::size_t>(facet)].dot(g.normal) > kBroadAgree;
+    });
+  number_broad(topo, g);
   return g;
 }
 
@@ -247,20 +282,20 @@ void average_tensors(const std::vector<GroupDraft>& drafts, const Topology& topo
                      const std::vector<Mat3>& facet, Curvature& out) {
   for_each_index(drafts.size(), [&](std::size_t g) {
     const GroupDraft& draft = drafts[g];
-    for (const int broad : {0, 1}) {
-      const Index id = broad ? out.groups[g].broad_shape : out.groups[g].shape;
-      if (id == kNone) continue;
+    const Mat3 p = Mat3::Identity() - draft.normal * draft.normal.transpose();
+    for (int part = 0; part < draft.parts; ++part) {
       Mat3 sum = Mat3::Zero();
       double weight = 0.0;
       for (std::size_t i = 0; i < draft.corners.size(); ++i) {
         const std::size_t t = static_cast<std::size_t>(draft.corners[i] / 4);
-        if (draft.broad[i] != broad) continue;
+        if (draft.part[i] != part) continue;
         const Mat3 r = rotation(topo.normals[t], draft.normal);
         sum += topo.areas[t] * (r * facet[t] * r.transpose());
         weight += topo.areas[t];
       }
-      const Mat3 p = Mat3::Identity() - draft.normal * draft.normal.transpose();
-      if (weight > 0.0) out.shapes[static_cast<std::size_t>(id)].shape = to_sym<3>(p * (sum / weight) * p);
+      if (weight > 0.0)
+        out.shapes[static_cast<std::size_t>(out.groups[g].shape + part)].shape =
+            to_sym<3>(p * (sum / weight) * p);
     }
   });
 }
@@ -279,15 +314,11 @@ Curvature estimate_curvature(const Surface& surface, const Topology& topology) {
       group.vertex = static_cast<Index>(v);
       group.facet_width = facet_width(surface, topology, g.corners);
       group.shape = static_cast<Index>(out.shapes.size());
-      out.shapes.push_back({g.normal, {}});
-      if (g.has_broad) {
-        group.broad_shape = static_cast<Index>(out.shapes.size());
-        out.shapes.push_back({g.normal, {}});
-      }
+      group.parts = g.parts;
+      out.shapes.resize(out.shapes.size() + static_cast<std::size_t>(g.parts), {g.normal, {}});
       for (std::size_t i = 0; i < g.corners.size(); ++i)
         out.corner_shapes[static_cast<std::size_t>(g.corners[i] / 4)]
-                         [static_cast<std::size_t>(g.corners[i] % 4)] =
-            g.broad[i] ? group.broad_shape : group.shape;
+                         [static_cast<std::size_t>(g.corners[i] % 4)] = group.shape + g.part[i];
       out.groups.push_back(group);
       drafts.push_back(std::move(g));
     }

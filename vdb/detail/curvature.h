@@ -1,10 +1,11 @@
 // Smoothed normals and curvature tensors at the corners of facets, and their evaluation anywhere on the wall.
 //
 // A vertex holds one normal per smooth group of facets around it (groups are separated by sharp edges) and
-// one or two shape tensors: one for the broad facets, one for the others. Broad are the facets of a flat face
-// and, where there are none, those many times wider than their neighbour across a bent edge: a flat face that
-// ends in a finely meshed fillet. It keeps its own normal, which is that of the fillet there as well, and its
-// own (zero) curvature, instead of smearing the fillet's over its whole width.
+// one or more shape tensors: one for each connected set of broad facets, one for the others. Broad are the
+// facets of a flat face and those many times wider than their neighbour across a bent edge: a flat face that
+// ends in a finely meshed fillet, a fillet that ends in a ball patch. A flat face keeps its own normal, which
+// is that of the fillet there as well, and its own (zero) curvature, instead of smearing the fillet's over
+// its whole width.
 #pragma once
 
 #include <array>
@@ -24,9 +25,9 @@ struct VertexShape {
 /// A smooth group of corners at a vertex.
 struct CornerGroup {
   Index vertex = kNone;
-  Index shape = kNone;        ///< of the facets that are not broad
-  Index broad_shape = kNone;  ///< of the broad ones; kNone when there are none
-  double facet_width = 0.0;   ///< mean width of the facets across the curvature; 0 where all is flat
+  Index shape = kNone;       ///< of the facets that are not broad; those of the sets of broad ones follow it
+  int parts = 1;             ///< 1 + number of sets of broad facets
+  double facet_width = 0.0;  ///< mean width of the facets across the curvature; 0 where all is flat
 };
 
 struct Curvature {

@@ -32,9 +32,13 @@ double FacetWall::phi(const Vec3& x) const {
   return sign_.sign(surface_, topology_, x, hit) * std::sqrt(hit.d2);
 }
 
+TriangleHit FacetWall::closest_within(const Vec3& x, double limit) const {
+  const TriangleHit hit = bvh_.closest(x, limit * limit * (1.0 + 1e-9));
+  return hit.triangle == kNone ? bvh_.closest(x) : hit;
+}
+
 double FacetWall::phi_within(const Vec3& x, double limit) const {
-  TriangleHit hit = bvh_.closest(x, limit * limit * (1.0 + 1e-9));
-  if (hit.triangle == kNone) hit = bvh_.closest(x);
+  const TriangleHit hit = closest_within(x, limit);
   return sign_.sign(surface_, topology_, x, hit) * std::sqrt(hit.d2);
 }
 
@@ -45,6 +49,11 @@ double FacetWall::distance(const Vec3& x, double eps) const {
 WallPoint FacetWall::at(const Vec3& x) const {
   const TriangleHit hit = bvh_.closest(x);
   return describe(hit, sign_.sign(surface_, topology_, x, hit));
+}
+
+WallPoint FacetWall::at_known(const Vec3& x, double phi) const {
+  constexpr double kSingle = 1e-6;
+  return describe(closest_within(x, std::abs(phi) * (1.0 + kSingle)), std::signbit(phi) ? -1.0 : 1.0);
 }
 
 // Mean normal of the facets around the closest feature: the direction of a ray of no length.

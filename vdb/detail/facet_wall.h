@@ -26,6 +26,8 @@ class FacetWall : public WallField {
 
   /// phi(x), found faster when its absolute value is known to be below `limit`.
   [[nodiscard]] double phi_within(const Vec3& x, double limit) const;
+  /// at(x), found faster when phi(x) is known to single precision; the same bits.
+  [[nodiscard]] WallPoint at_known(const Vec3& x, double phi) const;
 
   [[nodiscard]] Vec3 closest_point(const Vec3& x) const { return bvh_.closest(x).point; }
 
@@ -56,6 +58,7 @@ class FacetWall : public WallField {
     TriangleHit hit;
     Vec3 direction;  ///< from x to the closest point
   };
+  [[nodiscard]] TriangleHit closest_within(const Vec3& x, double limit) const;
   [[nodiscard]] WallPoint describe(const TriangleHit& hit, double sign) const;
   [[nodiscard]] bool fill_ray(const TriangleHit& hit, double sign, WallPoint& wall) const;
   [[nodiscard]] bool on_sharp(const TriangleHit& hit, double sign, EdgePoint& edge, bool& corner) const;

@@ -271,8 +271,8 @@ constexpr const char* kNotTurned = " Moving or turning the grid does not turn it
 
 }  // namespace
 
-void BandGrid::write(const std::filesystem::path& path, FunctionRef<Sample(const Vec3&)> at, bool with_metric,
-                     std::span<const SizeGrid> painted) const {
+void BandGrid::write(const std::filesystem::path& path, FunctionRef<Sample(const Vec3&, double)> at,
+                     bool with_metric, std::span<const SizeGrid> painted) const {
   OutputFile file(path);
   const double scale = stored_scale(unit_);
   const Lattice stored{scale * lattice_.A, scale * lattice_.origin};
@@ -301,7 +301,8 @@ void BandGrid::write(const std::filesystem::path& path, FunctionRef<Sample(const
       [&](std::size_t i) {
         for (openvdb::Index v = 0; v < 512; ++v) leaves[i]->setValueOnly(v, leaves[i]->getValue(v) * unit);
         for (auto it = leaves[i]->cbeginValueOn(); it; ++it) {
-          const Sample s = at(world_of(lattice_, it.getCoord()));
+          const double phi = static_cast<double>(leaves[i]->getValue(it.pos())) / scale;
+          const Sample s = at(world_of(lattice_, it.getCoord()), phi);
           const Sym<3>& m = s.log_metric;
           const Vec3 values[6] = {s.wall.N,
                                   s.wall.T1,

@@ -53,13 +53,13 @@ class BandGrid {
   [[nodiscard]] double bytes() const;
 
   /// The grids of LevelSet::write, all lengths times stored_scale(voxel()). h and log_metric of the samples
-  /// are written when `with_metric`. Errors: kFileWrite.
+  /// are written when `with_metric`. `at` gets a voxel's centre and its value. Errors: kFileWrite.
   struct Sample {
     WallPoint wall;
     Vec3 h = Vec3::Zero();
     Sym<3> log_metric{};
   };
-  void write(const std::filesystem::path& path, FunctionRef<Sample(const Vec3&)> at, bool with_metric,
+  void write(const std::filesystem::path& path, FunctionRef<Sample(const Vec3&, double)> at, bool with_metric,
              std::span<const SizeGrid> painted) const;
 
  private:

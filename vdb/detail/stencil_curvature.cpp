@@ -21,13 +21,15 @@ constexpr int kLevels = 4;
 constexpr double kFinest = 1.2;    // facet widths per voxel of the level that is tried first
 constexpr double kCoarsest = 3.2;  // facet widths per voxel beyond which the facets show through
 constexpr double kReach = 3.0 * kGaussianSigma + 1.5;  // voxels the kernel sees
-constexpr double kBlur = 0.2;       // largest sigma times curvature: the bias is its square
-constexpr double kGradient = 0.06;  // deviation of |grad| from 1
-constexpr double kSkew = 0.12;      // |H n| in voxels
-constexpr double kAlign = 0.94;     // cosine to the normal of the triangles
+constexpr double kBias = 0.04;                         // largest square of sigma times curvature
+constexpr double kGradient = 0.06;                     // deviation of |grad| from 1
+constexpr double kSkew = 0.12;                         // |H n| in voxels
+constexpr double kAlign = 0.94;                        // cosine to the normal of the triangles
 constexpr double kScatter =
     0.05;  // relative scatter of the triangles' curvature above which the grids are asked
-constexpr double kNoisy = 0.12;  // relative difference of levels that asks for the coarser one
+// Relative difference of levels that asks for the coarser one, whose bias, sigma times curvature squared,
+// must not be more than that.
+constexpr double kNoisy = 0.06;
 
 struct Estimate {
   Vec3 normal = Vec3::Zero();
@@ -146,8 +148,7 @@ std::vector<Vertex> candidates(const FacetWall& wall, double voxel) {
         all[i].group = kNone;
         if (rough[static_cast<std::size_t>(g.shape)] < kScatter || flat[static_cast<std::size_t>(g.shape)])
           return;
-        if (!(g.facet_width > 0.0) || g.broad_shape != kNone || g.facet_width > kCoarsest * voxel * 8.0)
-          return;
+        if (!(g.facet_width > 0.0) || g.parts > 1 || g.facet_width > kCoarsest * voxel * 8.0) return;
         for (const Index corner : wall.topology().star_of(g.vertex))
           for (const Index e : wall.topology().facet_edges[static_cast<std::size_t>(corner / 4)])
             if (wall.topology().edges[static_cast<std::size_t>(e)].kind != EdgeKind::kSmooth) return;
@@ -165,8 +166,9 @@ std::vector<Vertex> candidates(const FacetWall& wall, double voxel) {
   return all;
 }
 
-Estimate estimate(const SparseGrid& grid, const Lattice& lattice, const Vec3& q,
-                  const VertexShape& of_facets) {
+// `bias`: the largest relative one to accept.
+Estimate estimate(const SparseGrid& grid, const Lattice& lattice, const Vec3& q, const VertexShape& of_facets,
+                  double bias) {
   Estimate e;
   const double dx = lattice.A(0, 0);
   const SplineSample s = grid.spline((q - lattice.origin) / dx);
@@ -177,7 +179,8 @@ Estimate estimate(const SparseGrid& grid, const Lattice& lattice, const Vec3& q,
   const Mat3 p = Mat3::Identity() - e.normal * e.normal.transpose();
   e.shape = p * s.H * p / (g * dx);
   const Frame f = principal_frame(e.normal, to_sym<3>(e.shape));
-  e.valid = kGaussianSigma * dx * std::abs(f.k1) < kBlur;
+  const double turn = kGaussianSigma * dx * f.k1;
+  e.valid = turn * turn < bias;
   return e;
 }
 
@@ -186,16 +189,16 @@ double difference(const Mat3& a, const Mat3& b) {
   return scale > 0.0 ? size_of(a - b) / scale : 0.0;
 }
 
-// Returns true when the vertex takes the estimate of the grids.
+// Returns true when the vertex takes the estimate of the grids. In the normal the noise of the finer level is
+// about the bias of the coarser one: their mean has less of both.
 bool settle(const Vertex& v, VertexShape& shape) {
   if (!v.taken.valid) return false;
   const Mat3 facets = to_matrix<3>(shape.shape);
-  Estimate e = v.taken;
-  if (v.above.valid && difference(e.shape, v.above.shape) > kNoisy && difference(e.shape, facets) > kNoisy &&
-      difference(v.above.shape, facets) > kNoisy)
-    e = v.above;
-  shape.normal = e.normal;
-  shape.shape = to_sym<3>(e.shape);
+  const bool noisy = v.above.valid && difference(v.taken.shape, v.above.shape) > kNoisy &&
+                     difference(v.taken.shape, facets) > kNoisy && difference(v.above.shape, facets) > kNoisy;
+  shape.normal = noisy ? Vec3((v.taken.normal + v.above.normal).normalized()) : v.taken.normal;
+  const Mat3 p = Mat3::Identity() - shape.normal * shape.normal.transpose();
+  shape.shape = to_sym<3>(noisy ? Mat3(p * v.above.shape * p) : v.taken.shape);
   return true;
 }
 
@@ -243,10 +246,10 @@ std::int64_t refine_by_stencils(FacetWall& wall, const BandGrid& base, double ha
           Vertex& v = vertices[i];
           if (!wants(v)) return;
           const CornerGroup& g = curvature.groups[static_cast<std::size_t>(v.group)];
-          const Estimate e =
+          const bool above = level == v.first + 1;
+          (above ? v.above : v.taken) =
               estimate(values, grid.lattice(), wall.surface().points[static_cast<std::size_t>(g.vertex)],
-                       curvature.shapes[static_cast<std::size_t>(g.shape)]);
-          (level == v.first + 1 ? v.above : v.taken) = e;
+                       curvature.shapes[static_cast<std::size_t>(g.shape)], above ? kNoisy : kBias);
         },
         256);
   }

@@ -24,10 +24,8 @@ constexpr double kBeta = 2.3;
 // of complex numbers; small ones are summed by multiplication, which saves most of the arc tangents.
 class AngleSum {
  public:
-  void add(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    const double up = a.dot(b.cross(c));
-    const double down = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+  /// `up` over `down` is the tangent of half a solid angle.
+  void add(double up, double down) {
     if (!(std::abs(up) < down)) {  // a half angle above 45 degrees
       sum_ += std::atan2(up, down);
       return;
@@ -51,6 +49,30 @@ class AngleSum {
   }
   double sum_ = 0.0, re_ = 1.0, im_ = 0.0;
 };
+
+// Two corners, one of each of two triangles, seen from x.
+struct CornerPair {
+  CornerPair(const Vec3& s, const Vec3& t, const Vec3& x)
+      : r{Eigen::Array2d(s[0], t[0]) - x[0], Eigen::Array2d(s[1], t[1]) - x[1],
+          Eigen::Array2d(s[2], t[2]) - x[2]},
+        length(dot(*this).sqrt()) {}
+  [[nodiscard]] Eigen::Array2d dot(const CornerPair& q) const {
+    return r[0] * q.r[0] + r[1] * q.r[1] + r[2] * q.r[2];
+  }
+  std::array<Eigen::Array2d, 3> r;
+  Eigen::Array2d length;
+};
+
+// The solid angles of the first `count` of two triangles, computed side by side.
+void add_pair(const Corners& s, const Corners& t, int count, const Vec3& x, AngleSum& sum) {
+  const CornerPair a(s[0], t[0], x), b(s[1], t[1], x), c(s[2], t[2], x);
+  const Eigen::Array2d up = a.r[0] * (b.r[1] * c.r[2] - b.r[2] * c.r[1]) +
+                            a.r[1] * (b.r[2] * c.r[0] - b.r[0] * c.r[2]) +
+                            a.r[2] * (b.r[0] * c.r[1] - b.r[1] * c.r[0]);
+  const Eigen::Array2d down =
+      a.length * b.length * c.length + a.dot(b) * c.length + b.dot(c) * a.length + c.dot(a) * b.length;
+  for (int i = 0; i < count; ++i) sum.add(up[i], down[i]);
+}
 
 // Sign of the turn p, q, x in the y-z plane, x being moved by (e, e^2) for a vanishing e > 0; 0 if p and q
 // coincide there.
@@ -197,7 +219,7 @@ DipoleTree::Cluster DipoleTree::summarize(std::int32_t code, std::vector<Index>&
   } else {
     for (std::size_t c = 0; c < 2; ++c) {
       const std::int32_t child = tree_.nodes[static_cast<std::size_t>(code)].child[c];
-      clusters_[static_cast<std::size_t>(code)][c] = summarize(child, leaves);
+      clusters_[static_cast<std::size_t>(code)].set(static_cast<int>(c), summarize(child, leaves));
     }
   }
   Cluster out;
@@ -220,6 +242,29 @@ DipoleTree::Cluster DipoleTree::summarize(std::int32_t code, std::vector<Index>&
   return out;
 }
 
+void DipoleTree::Pair::set(int child, const Cluster& cluster) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const int i = static_cast<int>(k), j = (i + 1) % 3, l = (i + 2) % 3;
+    center[k][child] = cluster.center[i];
+    dipole[k][child] = cluster.dipole[i];
+    moment[k][child] = cluster.moment(i, i);
+    moment[3 + k][child] = cluster.moment(j, l) + cluster.moment(l, j);
+  }
+  trace[child] = cluster.moment.trace();
+  const double reach = kBeta * cluster.radius;
+  reach2[child] = reach * reach;
+}
+
+// 4 pi times the winding numbers of both clusters seen along r, whose squared length is d2.
+Eigen::Array2d DipoleTree::Pair::flux(const Eigen::Array2d* r, const Eigen::Array2d& d2) const {
+  const Eigen::Array2d along = r[0] * dipole[0] + r[1] * dipole[1] + r[2] * dipole[2];
+  const Eigen::Array2d stretch = r[0] * (r[0] * moment[0] + r[1] * moment[5]) +
+                                 r[1] * (r[1] * moment[1] + r[2] * moment[3]) +
+                                 r[2] * (r[2] * moment[2] + r[0] * moment[4]);
+  const Eigen::Array2d inverse = 1.0 / d2;
+  return inverse / d2.sqrt() * (along + trace - 3.0 * stretch * inverse);
+}
+
 double DipoleTree::at(const Vec3& x) const {
   if (tree_.empty()) return 0.0;
   std::int32_t stack[kTreeStack];
@@ -230,24 +275,21 @@ double DipoleTree::at(const Vec3& x) const {
   while (depth > 0) {
     const std::int32_t code = stack[--depth];
     if (code < 0) {
-      for (int i = leaf_begin(code); i < leaf_begin(code) + leaf_count(code); ++i) {
-        const Corners& t = triangles_[static_cast<std::size_t>(i)];
-        near.add(t[0] - x, t[1] - x, t[2] - x);
-      }
+      const Corners* t = &triangles_[static_cast<std::size_t>(leaf_begin(code))];
+      for (int left = leaf_count(code); left > 0; left -= 2, t += 2)
+        add_pair(t[0], t[left > 1 ? 1 : 0], std::min(left, 2), x, near);
       continue;
     }
-    for (std::size_t c = 0; c < 2; ++c) {
-      const Cluster& cluster = clusters_[static_cast<std::size_t>(code)][c];
-      const Vec3 r = cluster.center - x;
-      const double d2 = r.squaredNorm(), reach = kBeta * cluster.radius;
-      if (d2 > reach * reach) {
-        const double d = std::sqrt(d2), g = 1.0 / (d2 * d);
-        const double stretch = r.dot(cluster.moment * r);
-        sum += g * (r.dot(cluster.dipole) + cluster.moment.trace() - 3.0 * stretch / d2);
-      } else {
-        stack[depth++] = tree_.nodes[static_cast<std::size_t>(code)].child[c];
-      }
+    const Pair& pair = clusters_[static_cast<std::size_t>(code)];
+    const Eigen::Array2d r[3] = {pair.center[0] - x[0], pair.center[1] - x[1], pair.center[2] - x[2]};
+    const Eigen::Array2d d2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+    const bool far[2] = {d2[0] > pair.reach2[0], d2[1] > pair.reach2[1]};
+    if (far[0] || far[1]) {
+      const Eigen::Array2d flux = pair.flux(r, d2);
+      sum += (far[0] ? flux[0] : 0.0) + (far[1] ? flux[1] : 0.0);
     }
+    for (int c = 0; c < 2; ++c)
+      if (!far[c]) stack[depth++] = tree_.nodes[static_cast<std::size_t>(code)].child[c];
   }
   return (sum + near.total()) / (4.0 * std::numbers::pi);
 }

@@ -28,11 +28,19 @@ class DipoleTree {
     Vec3 dipole = Vec3::Zero();  ///< sum of area times normal
     Mat3 moment = Mat3::Zero();  ///< sum of area times (centroid - center) normal^T
   };
+  /// The clusters of both children of a node side by side, for arithmetic on both at once.
+  struct Pair {
+    std::array<Eigen::Array2d, 3> center, dipole;
+    std::array<Eigen::Array2d, 6> moment;  ///< xx, yy, zz and the sums of yz, zx, xy with their mirrors
+    Eigen::Array2d trace, reach2;          ///< far: squared distance of the centre beyond reach2
+    void set(int child, const Cluster& cluster);
+    [[nodiscard]] Eigen::Array2d flux(const Eigen::Array2d* r, const Eigen::Array2d& d2) const;
+  };
   Cluster summarize(std::int32_t code, std::vector<Index>& leaves);
 
   BoxTree tree_;
-  std::vector<std::array<Cluster, 2>> clusters_;  ///< of the children of each node
-  std::vector<Corners> triangles_;                ///< in leaf order
+  std::vector<Pair> clusters_;      ///< of the children of each node
+  std::vector<Corners> triangles_;  ///< in leaf order
 };
 
 class Winding {
