@@ -102,15 +102,16 @@ void log_metric_row(Table& table) {
   const Scratch scratch;
   LevelSetOptions options;
   options.voxel = 0.02;
-  const LevelSet wall = LevelSet::from_surface(shape("torus"), options);
+  const LevelSet wall = LevelSet::from_surface(shape("cube"), options);
   BoundaryLayer layer;
   layer.h_min = 1e-6;
   layer.growth = 1.2;
-  layer.layers = 10;
+  layer.layers = 1;
   SizeOptions sizes;
   sizes.h2 = sizes.h1 = 0.1;
-  sizes.domain = wall.bounds().padded(1.0);
-  sizes.box2 = wall.bounds().padded(0.5);
+  sizes.domain = wall.bounds().padded(2e4);
+  sizes.box2 = wall.bounds().padded(1e4);  // so far that sizes stay near h_min between the voxels
+  sizes.gradation = 0.0;
   const WallMetric metric(wall, layer, sizes);
   wall.write(scratch.file("a.vdb"), &metric);
   const auto voxels = openvdb_oracle::active_voxels(scratch.file("a.vdb"), "surface");

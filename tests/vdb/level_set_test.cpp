@@ -176,14 +176,15 @@ TEST(LevelSet, WriteAndReadBack) {
 // h and the logarithm of the metric, against the metric itself, at aspect ratios of 1e5.
 TEST(LevelSet, WritesTheMetric) {
   const fs::path path = scratch("metric.vdb");
-  const LevelSet wall = LevelSet::from_surface(sphere(0.5, 20), coarse());
+  const LevelSet wall = LevelSet::from_surface(box({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}), coarse());
   BoundaryLayer layer;
   layer.h_min = 1e-6;
-  layer.layers = 5;
+  layer.layers = 1;
   SizeOptions sizes;
   sizes.h2 = sizes.h1 = 0.1;
-  sizes.domain = wall.bounds().padded(1.0);
-  sizes.box2 = wall.bounds().padded(0.5);
+  sizes.domain = wall.bounds().padded(2e4);
+  sizes.box2 = wall.bounds().padded(1e4);  // so far that sizes stay near h_min between the voxels
+  sizes.gradation = 0.0;
   const WallMetric metric(wall, layer, sizes);
   wall.write(path, &metric);
   const auto voxels = openvdb_oracle::active_voxels(path, "surface");
@@ -193,6 +194,7 @@ TEST(LevelSet, WritesTheMetric) {
   ASSERT_EQ(static_cast<std::int64_t>(voxels.size()), wall.report().active_voxels);
   ASSERT_EQ(h.size(), voxels.size());
   ASSERT_EQ(off.size(), voxels.size());
+  double aspect = 0.0;
   for (std::size_t i = 0; i < voxels.size(); i += 7) {
     const WallSample truth = metric.sample(voxels[i].x);
     const Vec3 along(truth.metric.size_along(truth.wall.N), truth.metric.size_along(truth.wall.T1),
@@ -200,8 +202,11 @@ TEST(LevelSet, WritesTheMetric) {
     EXPECT_LT((h[i].array() / along.array() - 1.0).abs().maxCoeff(), 1e-7);
     const Vec3 &d = diagonal[i], &o = off[i];
     const Vec3 read = Metric<3>::from_log({d[0], o[0], d[1], o[1], o[2], d[2]}).principal().sizes;
-    EXPECT_LT((read.array() / truth.metric.principal().sizes.array() - 1.0).abs().maxCoeff(), 1e-6);
+    const Vec3 sizes_there = truth.metric.principal().sizes;
+    EXPECT_LT((read.array() / sizes_there.array() - 1.0).abs().maxCoeff(), 1e-6);
+    aspect = std::max(aspect, sizes_there[2] / sizes_there[0]);
   }
+  EXPECT_GT(aspect, 5e4);
   fs::remove_all(path.parent_path());
 }
 
