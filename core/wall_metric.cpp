@@ -77,11 +77,12 @@ void check(const BoundaryLayer& layer, const SizeOptions& s, const Box<3>& body)
 }  // namespace
 
 WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const SizeOptions& sizes,
-                       std::vector<const SizeField*> painted)
+                       std::vector<const SizeField*> painted, const MetricField<3>* user)
     : wall_(&wall),
       layer_(layer),
       sizes_(sizes),
       painted_(std::move(painted)),
+      user_(user),
       rate_(sizes.gradation > 0.0 ? std::log(sizes.gradation) : kUnbounded),
       edge_rate_(std::log(sizes.edge_growth)) {
   check(layer_, sizes_, wall.bounds());
@@ -261,8 +262,17 @@ Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, const WallPoi
   return m;
 }
 
-// Faces of the domain that carry layers are walls like any part of the body.
 Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, double floor) const {
+  const Metric<3> m = walls_metric(x, body, floor);
+  if (user_ == nullptr) return m;
+  const Metric<3> wanted = user_->at(x);
+  if (floor <= 0.0) return intersect(m, wanted);
+  const Metric<3>::Principal p = wanted.principal();
+  return intersect(m, Metric<3>::from_frame(p.axes, p.sizes.cwiseMax(floor)));
+}
+
+// Faces of the domain that carry layers are walls like any part of the body.
+Metric<3> WallMetric::walls_metric(const Vec3& x, const WallPoint& body, double floor) const {
   if (!has_walls_) return metric(x, body, body, {}, floor);
   std::array<WallPoint, 7> walls;
   std::size_t count = 0, main = 0;

@@ -58,11 +58,11 @@ struct WallSample {
 
 class WallMetric : public MetricField<3> {
  public:
-  /// No size in any direction exceeds those of `painted`, which spread by SizeOptions::gradation. REQUIRES
-  /// wall and painted to outlive this. Errors: kParameter / kDomain naming the field and the inequality
-  /// broken.
+  /// No size in any direction exceeds those of `painted`, which spread by SizeOptions::gradation, or that of
+  /// `user`, where there is one. REQUIRES wall, painted and user to outlive this. Errors: kParameter /
+  /// kDomain naming the field and the inequality broken.
   WallMetric(const WallField& wall, const BoundaryLayer& layer, const SizeOptions& sizes,
-             std::vector<const SizeField*> painted = {});
+             std::vector<const SizeField*> painted = {}, const MetricField<3>* user = nullptr);
 
   [[nodiscard]] Metric<3> at(const Vec3& x) const override { return at_coarsened(x, 0.0); }
   /// The same metric with every size below `floor` raised to it: one step of the way from the seed's size to
@@ -94,6 +94,7 @@ class WallMetric : public MetricField<3> {
                                                      double floor) const;
   [[nodiscard]] Metric<3> wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, double floor) const;
+  [[nodiscard]] Metric<3> walls_metric(const Vec3& x, const WallPoint& body, double floor) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, const WallPoint& main,
                                  std::span<const WallPoint> beside, double floor) const;
   [[nodiscard]] double reach(const Vec3& x, double size) const;
@@ -102,6 +103,7 @@ class WallMetric : public MetricField<3> {
   BoundaryLayer layer_;
   SizeOptions sizes_;
   std::vector<const SizeField*> painted_;
+  const MetricField<3>* user_;
   Box<3> open_domain_;  ///< the domain without its walls: those sides are infinitely far
   double start_ = 0.0;  ///< normal size at the top of the layers
   bool has_walls_ = false;

@@ -20,7 +20,8 @@ void add_levelset(CLI::App& root, Commands& commands) {
   app->footer(
       "The file holds the grids surface (signed distance, < 0 inside), N, T1 and k (k1, k2, reliability), "
       "the "
-      "painted sizes of --size-grid and, with --metric or any option of flow, sizes or domain, also h (sizes "
+      "painted sizes of --size-grid and, with --with-metric or any option of flow, sizes or domain, also h "
+      "(sizes "
       "along N, T1, T2), logM_diag and logM_off (the logarithm of the metric: xx yy zz, xy xz "
       "yz).\nExamples:\n"
       "  lamina levelset wing.stl --unit mm --voxel 0.005 -o wing.vdb\n"
@@ -34,7 +35,7 @@ void add_levelset(CLI::App& root, Commands& commands) {
   };
   auto state = std::make_shared<State>(*app);
   app->add_option("-o,--out", state->out, "file to write")->required()->type_name("FILE.vdb");
-  app->add_flag("--metric", state->metric, "write the metric and its sizes too");
+  app->add_flag("--with-metric", state->metric, "write the metric and its sizes too");
   app->add_flag("--json", state->json, "print what was made as JSON");
   commands.push_back(
       {app, [state] {

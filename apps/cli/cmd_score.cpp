@@ -7,6 +7,7 @@
 #include "apps/pipeline/detail/json.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "mesh/background.h"
 #include "mesh/io.h"
 
 namespace lamina::cli {
@@ -30,24 +31,9 @@ std::vector<Metric<D>> find_metric(const State& state, const Mesh<D>& mesh, std:
                                                      state.metric, metric.size(), state.mesh, n));
     return metric;
   }
-  std::vector<Metric<D>> metric(n);
-  const MeshField* field = mesh.point_field("metric");
-  if (field == nullptr || field->components != kSymSize<D>) {
-    origin.clear();
-    return metric;
-  }
-  origin = "field \"metric\" of the mesh";
-  for (std::size_t i = 0; i < n; ++i) {
-    Sym<D> tensor;
-    for (std::size_t k = 0; k < tensor.size(); ++k) tensor[k] = field->values[tensor.size() * i + k];
-    const auto m = Metric<D>::from_tensor(tensor);
-    if (!m)
-      throw Error(ErrorCode::kParameter,
-                  fmt::format("{}: field \"metric\": the tensor of point {} is not positive definite",
-                              state.mesh, i));
-    metric[i] = *m;
-  }
-  return metric;
+  const auto field = metric_field<D>(mesh, state.mesh);
+  origin = field ? "field \"metric\" of the mesh" : "";
+  return field ? *field : std::vector<Metric<D>>(n);
 }
 
 void print_score(const Validation& v, const Score& s, const std::string& origin) {

@@ -50,6 +50,7 @@ struct Case {
   double edge_growth = SizeOptions{}.edge_growth;
   double gradation = SizeOptions{}.gradation;
   double growth_inside = SizeOptions{}.growth_inside;
+  std::optional<std::filesystem::path> metric;  ///< a mesh with its own metric, see BackgroundMetric::read
   Chord chord = Chord::kLocal;
   std::vector<SizedBox> boxes;
   std::array<bool, 6> walls{};  ///< see SizeOptions::walls

@@ -183,6 +183,8 @@ AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
   options.quality_floor = r.c.quality_floor;
   options.end_size = r.layer.h_min;
   for (const SizeGrid& p : body.painted) options.end_size = std::min(options.end_size, p.range().first);
+  for (const SizedBox& b : r.sizes.boxes) options.end_size = std::min(options.end_size, b.size);
+  if (body.user) options.end_size = std::min(options.end_size, body.user->smallest());
   return options;
 }
 
@@ -287,18 +289,21 @@ Body load_body(const Case& c, Progress* progress) {
   check_kind(c, from_vdb);
   std::vector<SizeGrid> painted;
   for (const std::string& which : c.size_grids) painted.push_back(load_painted(c, which, scale));
+  std::shared_ptr<const BackgroundMetric<3>> user;
+  if (c.metric) user = std::make_shared<const BackgroundMetric<3>>(BackgroundMetric<3>::read(*c.metric));
   Body body = from_vdb ? Body{.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress),
                               .surface = {},
                               .from_vdb = true}
                        : load_surface(c, scale, progress);
   body.painted = std::move(painted);
+  body.user = std::move(user);
   return body;
 }
 
 WallMetric wall_metric(const Body& body, const ResolvedCase& r) {
   std::vector<const SizeField*> painted;
   for (const SizeGrid& p : body.painted) painted.push_back(&p);
-  return {body.level_set, r.layer, r.sizes, std::move(painted)};
+  return {body.level_set, r.layer, r.sizes, std::move(painted), body.user.get()};
 }
 
 void pass_on_warnings(const Body& body, const ResolvedCase* resolved, Progress& progress) {

@@ -10,6 +10,7 @@
 #include "apps/pipeline/report.h"
 #include "core/progress.h"
 #include "core/wall_metric.h"
+#include "mesh/background.h"
 #include "vdb/level_set.h"
 #include "vdb/size_grid.h"
 
@@ -20,7 +21,8 @@ struct Body {
   LevelSet level_set;
   SurfaceReport surface;  ///< empty for .vdb input
   bool from_vdb = false;
-  std::vector<SizeGrid> painted = {};  ///< --size-grid
+  std::vector<SizeGrid> painted = {};                    ///< --size-grid
+  std::shared_ptr<const BackgroundMetric<3>> user = {};  ///< --metric
 };
 
 /// Reads .stl/.obj/.ply/.vdb, applies the unit, cleans, builds the level set.

@@ -128,6 +128,9 @@ void resolve_sizes(ResolvedCase& r, double extent) {
 }
 
 void check_painted(ResolvedCase& r, const Body& body) {
+  if (body.user && !meet(body.user->bounds(), r.sizes.domain))
+    r.warnings.push_back(
+        fmt::format("the mesh of --metric ({}) lies outside the domain", box_text(body.user->bounds())));
   for (const SizeGrid& p : body.painted) {
     const auto [least, most] = p.range();
     if (!meet(p.bounds(), r.sizes.domain))

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "vdb/detail/box_tree.h"
+#include "core/box_tree.h"
 #include "vdb/detail/wide_tree.h"
 
 namespace lamina::detail {

@@ -14,9 +14,9 @@
 #include <limits>
 #include <vector>
 
+#include "core/box_tree.h"
 #include "core/parallel.h"
 #include "core/predicates.h"
-#include "vdb/detail/box_tree.h"
 
 namespace lamina::detail {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "vdb/detail/box_tree.h"
+#include "core/box_tree.h"
 #include "vdb/detail/sparse.h"
 #include "vdb/size_grid.h"
 

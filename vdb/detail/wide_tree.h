@@ -12,7 +12,7 @@
 #include <limits>
 #include <vector>
 
-#include "vdb/detail/box_tree.h"
+#include "core/box_tree.h"
 
 namespace lamina::detail {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "vdb/detail/box_tree.h"
+#include "core/box_tree.h"
 
 namespace lamina::detail {
 

@@ -1,7 +1,7 @@
 // Build by recursive binned SAH splits. An inner node that splits the references at position m is stored in
 // slot m of a scratch array - no two nodes share a split position - so that subtrees can be built at the same
 // time without a shared counter; the scratch is then walked once, depth first, into its final order.
-#include "vdb/detail/box_tree.h"
+#include "core/box_tree.h"
 
 #include <array>
 #include <cmath>
