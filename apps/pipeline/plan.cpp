@@ -33,7 +33,7 @@ struct Leaf {
   Vec3 half;  // half sizes
 };
 
-constexpr std::size_t kCauses = 7;
+constexpr std::size_t kCauses = 6;
 
 /// Complexity of a part of space by cause, and its first moment.
 struct Cost {
@@ -54,7 +54,6 @@ struct Cost {
 /// What the metric asks for at a sample beyond the plain layers over a flat wall.
 Cause cause_of(const WallMetric& metric, const WallSample& s) {
   const WallPoint& w = s.wall;
-  if (s.region == Region::kBox1 || s.region == Region::kBox2) return Cause::kFarField;
   if (w.feature == WallFeature::kCorner) return Cause::kCorner;
   if (w.feature == WallFeature::kEdge) return Cause::kSharpEdge;
   const double plain = 1.0 / (s.hn * s.ht1 * s.ht2);
@@ -107,6 +106,8 @@ class Sampler {
   void add(Sums& sums, const Vec3& x, const WallSample& s, double weight) const {
     const double c = weight * s.metric.sqrt_det();
     sums.complexity[static_cast<std::size_t>(s.region)] += c;
+    if (s.region == Region::kBox1 || s.region == Region::kBox2)
+      return;  // far leaves are no places, they are wide
     const Eigen::Vector3i at = ((x - metric_.wall().bounds().lo) / cell_).array().floor().cast<int>();
     Cost& cost = sums.costs[{at[0], at[1], at[2]}];
     cost.by_cause[static_cast<std::size_t>(cause_of(metric_, s))] += c;
@@ -366,8 +367,7 @@ const char* cause_text(Cause cause) {
                                                        "the border of a bend",
                                                        "a sharp edge",
                                                        "a corner",
-                                                       "another wall",
-                                                       "far field"};
+                                                       "another wall"};
   return kTexts[static_cast<std::size_t>(cause)];
 }
 

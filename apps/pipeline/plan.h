@@ -21,10 +21,10 @@ inline constexpr double kSecondsPerCell = 1.4e-4;
 inline constexpr double kBytesPerCell = 115.0, kBytesAtLeast = 6e7;
 
 /// What makes a place costly.
-enum class Cause { kFlatWall, kCurvature, kBend, kSharpEdge, kCorner, kOtherWall, kFarField };
+enum class Cause { kFlatWall, kCurvature, kBend, kSharpEdge, kCorner, kOtherWall };
 const char* cause_text(Cause cause);
 
-/// A part of the domain, of an eighth of the body's extent, and what it costs.
+/// A part of the layers and of the body's inside, of an eighth of the body's extent, and what it costs.
 struct Spot {
   Vec3 place = Vec3::Zero();  ///< mean place of its cells
   Cause cause = Cause::kFlatWall;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "apps/pipeline/plan.h"
 #include "core/error.h"
 #include "mesh/io.h"
 #include "vdb/shapes.h"
@@ -94,6 +95,42 @@ TEST(Resolve, EverythingIsWrittenOut) {
         << o.table << "." << o.key;
   }
   EXPECT_GT(r.c.level_set.voxel, 0.0);
+}
+
+TEST(Resolve, TargetCellsScalesTheSizesOnly) {
+  Case c = sphere_case();
+  c.domain = Box<3>{Vec3::Constant(-1.5), Vec3::Constant(1.5)};
+  ResolvedCase plain = resolve_case(c, sphere());
+  const double usual = fit_to_target(plain, sphere(), nullptr).cells;
+  for (const double factor : {0.5, 3.0}) {
+    c.target_cells = factor * usual;
+    ResolvedCase r = resolve_case(c, sphere());
+    const double h2 = r.sizes.h2;
+    EXPECT_NEAR(fit_to_target(r, sphere(), nullptr).cells / *c.target_cells, 1.0, 0.05);
+    EXPECT_EQ(factor<1.0, r.sizes.h2> h2);
+    EXPECT_EQ(r.layer.h_min, 0.01);
+    EXPECT_EQ(r.c.h2, r.sizes.h2);
+    EXPECT_TRUE(mentions(r.warnings, "--target-cells"));
+    EXPECT_FALSE(r.c.target_cells);
+  }
+  c.target_cells = 10.0;
+  ResolvedCase r = resolve_case(c, sphere());
+  fit_to_target(r, sphere(), nullptr);
+  EXPECT_TRUE(mentions(r.warnings, "need more than the target"));
+}
+
+// What the body cannot carry is told with its numbers.
+TEST(Resolve, LimitsOfTheInput) {
+  Case c = sphere_case();
+  c.flow.h_min = 1e-4;
+  const ResolvedCase r = resolve_case(c, sphere());
+  Prediction p;
+  EXPECT_TRUE(mentions(limits_of_input(r, sphere(), p), "facets sag"));
+  EXPECT_FALSE(mentions(limits_of_input(r, sphere(), p), "gap"));
+  p.gap = {0.5 * r.layer.top(), Vec3(1, 2, 3)};
+  p.thickness = {1e-5, Vec3(4, 5, 6)};
+  EXPECT_TRUE(mentions(limits_of_input(r, sphere(), p), "near (1, 2, 3)"));
+  EXPECT_TRUE(mentions(limits_of_input(r, sphere(), p), "thick near (4, 5, 6)"));
 }
 
 TEST(Resolve, GivenBoxesAreKept) {

@@ -81,6 +81,45 @@ TEST(Plan, RegionsAddUp) {
   for (const double n : p.region_cells) EXPECT_GT(n, 0.0);
 }
 
+// The ground's layers hold h_min over a whole plane: only a column through them finds their count.
+TEST(Plan, CountsTheLayersOfADomainFace) {
+  const Sphere sphere(0.5);
+  SizeOptions with = sizes();
+  with.h1 = with.h2;
+  with.walls[4] = true;
+  const WallMetric metric(sphere, layer(1e-3, 10), with);
+  const double above = predict(metric).cells - predict(WallMetric(sphere, layer(1e-3, 10),
+                                                                  [&] {
+                                                                    SizeOptions s = with;
+                                                                    s.walls.fill(false);
+                                                                    return s;
+                                                                  }()))
+                                                   .cells;
+  // Over 4 x 4: cells of h2 x h2 x hn in the layers instead of h2^3, and in the growth above them.
+  double layers = 0.0;
+  constexpr int kSteps = 100000;
+  for (int i = 0; i < kSteps; ++i) {
+    const double z = 2.0 * (i + 0.5) / kSteps;
+    layers += (metric.at(Vec3(1.9, 1.9, -2.0 + z)).sqrt_det() - 1e3) * 2.0 / kSteps;
+  }
+  EXPECT_NEAR(above / (kCellsPerComplexity * 16.0 * layers), 1.0, 0.1);
+}
+
+TEST(Plan, CostlySpotsAreSortedAndTellTheCause) {
+  const Sphere sphere(0.5);
+  const Prediction p = predict(WallMetric(sphere, layer(1e-3, 10), sizes()));
+  ASSERT_EQ(p.spots.size(), 5U);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(p.spots[i].cause, Cause::kCurvature);
+    EXPECT_NEAR(p.spots[i].place.norm(), 0.5, 0.1);
+    EXPECT_LE(p.spots[i].cells, p.spots[i == 0 ? 0 : i - 1].cells);
+    sum += p.spots[i].cells;
+  }
+  EXPECT_LT(sum, p.cells);
+  EXPECT_GT(sum, 0.01 * p.cells);
+}
+
 TEST(Plan, SameBitsForEveryThreadCount) {
   const Sphere sphere(0.5);
   const WallMetric metric(sphere, layer(1e-3, 10), sizes());

@@ -121,6 +121,19 @@ class BadInput(Case):
         self.refuse_mesh("--size-grid", f"{grid}:N", needles=("painted.vdb", "'N'", "float"))
         self.refuse_mesh("--size-grid", f"{grid}:surface", needles=("painted.vdb", "'surface'", "length above 0"))
 
+    def test_sizes_of_the_user(self):
+        self.refuse_mesh("--box", "wake", 0, 0, 0, 1, 1, needles=("--box", "SIZE"))
+        self.refuse_mesh("--box", "wake", 0, 0, 0, 1, 1, "x", 0.1, needles=("wake", "SIZE"))
+        self.refuse_mesh("--box", "wake", 1, 0, 0, 0, 1, 1, 0.1, needles=("wake", "lower corner first"))
+        self.refuse_mesh("--wall", "ground", needles=("--wall", "ground", "z-"))
+        self.refuse_mesh("--chord", "long", needles=("--chord", "long"))
+        self.refuse_mesh("--target-cells", 0, needles=("--target-cells",))
+        self.refuse_mesh("--metric", "none.meshb", needles=("none.meshb",))
+        mesh = self.dir / "bare.mesh"
+        mesh.write_text("MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
+                        "Tetrahedra\n1\n1 2 3 4 0\nEnd\n")
+        self.refuse_mesh("--metric", mesh, needles=("bare.mesh", "no metric"))
+
     def test_view_of_the_other_kind(self):
         for words in (("--plane", "y=0"), ("--window", 0, 0, 1, 1), ("--layer-top", 0.1)):
             with self.subTest(words=words):
