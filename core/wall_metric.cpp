@@ -1,9 +1,10 @@
 // Near the wall the metric has the frame (N, T1, T2) of the closest wall point. Its normal size follows the
-// layers, its tangential sizes the curvature. Two things are added so that a mesh can meet it. Sizes across a
-// sharp edge start at the fan around the edge. Where further walls are in reach (concave corners, channels)
-// the metrics of all of them are intersected, which makes the field continuous across the bisector. Away from
-// the edge and from the bisector both grow by edge_growth per element: the layers' own growth would cost
-// three times the cells on a body of many small facets and gains no quality.
+// layers, its tangential sizes the curvature. Three things are added so that a mesh can meet it. Beside a
+// sharp edge sizes start at the fan around the edge; beside a bend at those of the bend. Where further walls
+// are in reach (concave corners, channels) the metrics of all of them are intersected, which makes the field
+// continuous across the bisector. Away from edge, bend and bisector sizes grow by edge_growth per element:
+// the layers' own growth would cost three times the cells on a body of many small facets and gains no
+// quality.
 #include "core/wall_metric.h"
 
 #include <fmt/format.h>
@@ -241,10 +242,12 @@ Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, const WallPoi
                              std::span<const WallPoint> beside, double floor) const {
   const Sizes sizes = wall_sizes(x, main);
   Metric<3> m = wall_metric(main, sizes, floor);
-  const double widest = std::max({sizes.ht1, sizes.ht2, floor});
   // Isotropic to within this ratio: no wall in another direction can matter.
   constexpr double kNearlyIsotropic = 1.5;
-  if (widest <= kNearlyIsotropic * std::max(sizes.hn, floor)) return m;
+  const double isotropic = kNearlyIsotropic * std::max(sizes.hn, floor);
+  if (std::max({sizes.ht1, sizes.ht2, floor}) <= isotropic) return m;
+  const double widest = m.principal().sizes[2];  // what edges and bends have left of the tangential sizes
+  if (widest <= isotropic) return m;
   const double limit = std::min(reach(x, widest), std::abs(main.phi) + (widest - sizes.hn) / edge_rate_);
   const auto add = [&](const WallPoint& other) {
     Sizes s = wall_sizes(x, other);

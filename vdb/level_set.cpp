@@ -126,7 +126,11 @@ LevelSet LevelSet::from_surface(Surface surface, const LevelSetOptions& options,
   report.sign_rule = wall->sign_rule().name();
   report.warnings = wall->sign_rule().warnings();
   report.voxel = choose_voxel(*wall, options, report.warnings);
-  if (progress != nullptr) progress->check_cancelled();
+  if (progress != nullptr) {
+    progress->check_cancelled();
+    const double bytes = detail::band_bytes(area_of(wall->topology()), report.voxel, options.half_width_vox);
+    progress->update(0.0, fmt::format("voxel {:.3g}, about {:.2g} GB", report.voxel, 1e-9 * bytes));
+  }
   const Vec3 origin = (wall->bounds().center() / report.voxel).array().round() * report.voxel;
   impl->grid = detail::BandGrid::from_surface(wall->surface(), report.voxel, options.half_width_vox, origin);
   const detail::BandGrid::Polish polish =
