@@ -27,6 +27,15 @@ double chord_length(double curvature, double h) {
   return std::sqrt(2.0 * h / curvature + h * h);
 }
 
+// Sizes along the orthonormal vectors N, T1, T2.
+Metric<3> framed(const Vec3& N, const Vec3& T1, const Vec3& T2, const Vec3& sizes) {
+  Mat3 axes;
+  axes.row(0) = N.transpose();
+  axes.row(1) = T1.transpose();
+  axes.row(2) = T2.transpose();
+  return Metric<3>::from_frame(axes, sizes);
+}
+
 [[noreturn]] void reject(ErrorCode code, const std::string& message) { throw Error(code, message); }
 
 std::string describe(const Box<3>& b) {
@@ -180,11 +189,8 @@ std::optional<Metric<3>> WallMetric::bend_metric(const WallPoint& wall, const Si
   if (h1 >= std::max(widest, floor)) return {};
   const Vec3 across = wall.bend_direction - wall.bend_direction.dot(wall.N) * wall.N;
   if (across.norm() < 1e-6) return {};
-  Mat3 axes;
-  axes.row(0) = wall.N.transpose();
-  axes.row(1) = across.normalized().transpose();
-  axes.row(2) = wall.N.cross(across.normalized()).transpose();
-  return Metric<3>::from_frame(axes, Vec3(std::max(sizes.hn, floor), h1, size(wall.bend_k2)));
+  const Vec3 T1 = across.normalized();
+  return framed(wall.N, T1, wall.N.cross(T1), Vec3(std::max(sizes.hn, floor), h1, size(wall.bend_k2)));
 }
 
 // Beside a sharp edge: across it the size starts at that of the fan around it; along it the size grows away
@@ -208,24 +214,16 @@ std::optional<Metric<3>> WallMetric::edge_metric(const WallPoint& wall, const Si
   const double length = std::min({fan + corner_rate * wall.corner_distance,
                                   chord_length(wall.edge_curvature, across), corner ? across : widest});
   along = corner ? wall.N.unitOrthogonal() : Vec3(along.normalized());
-  Mat3 axes;
-  axes.row(0) = wall.N.transpose();
-  axes.row(1) = wall.N.cross(along).transpose();
-  axes.row(2) = along.transpose();
-  return Metric<3>::from_frame(axes, Vec3(hn, across, std::max(length, hn)));
+  return framed(wall.N, wall.N.cross(along), along, Vec3(hn, across, std::max(length, hn)));
 }
 
 Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const {
-  Mat3 axes;
-  axes.row(0) = wall.N.transpose();
-  axes.row(1) = wall.T1.transpose();
-  axes.row(2) = wall.T2.transpose();
   Vec3 h = Vec3(sizes.hn, sizes.ht1, sizes.ht2).cwiseMax(floor);
   const bool face = wall.feature == WallFeature::kFace;
   if (wall.feature == WallFeature::kEdge)
     h[2] =
         std::min({h[2], h[1] + edge_rate_ * wall.corner_distance, chord_length(wall.edge_curvature, h[1])});
-  Metric<3> m = Metric<3>::from_frame(axes, h);
+  Metric<3> m = framed(wall.N, wall.T1, wall.T2, h);
   if (const auto bend = bend_metric(wall, sizes, floor)) m = intersect(m, *bend);
   if (const auto edge = face ? edge_metric(wall, sizes, floor) : std::nullopt) m = intersect(m, *edge);
   return m;

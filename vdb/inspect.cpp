@@ -47,8 +47,7 @@ std::string words_on_sag(double sag, const InspectOptions& options) {
     return fmt::format("{}, {:.3g} of the first layer: they carry h_min = {:g}", miss, ratio, *options.h_min);
   return fmt::format(
       "{}, {:.4g} times the first layer of {:g}: layers will follow the facets, with kinks at their edges, "
-      "and "
-      "not the round wall; triangulate finer (edges shorter by {:.2g}) or take h_min >= {:.3g}",
+      "and not the round wall; triangulate finer (edges shorter by {:.2g}) or take h_min >= {:.3g}",
       miss, ratio, *options.h_min, std::sqrt(ratio), sag);
 }
 

@@ -197,7 +197,7 @@ void LevelSet::write(const std::filesystem::path& path, const WallMetric* metric
             .h = {m.size_along(s.wall.N), m.size_along(s.wall.T1), m.size_along(s.wall.T2)},
             .log_metric = m.log()};
   };
-  if (dynamic_cast<const detail::SplineWall*>(impl_->wall.get()) == nullptr) {
+  if (facets != nullptr) {
     impl_->grid.write(path, at, metric != nullptr, painted);
     return;
   }

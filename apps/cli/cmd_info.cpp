@@ -57,8 +57,7 @@ std::string unit_guess(double extent, const Json& alternatives) {
   if (extent < kSmallBody)
     return fmt::format(
         "perhaps metres of a very small body; if a body of {:g} m was meant, as when millimetres were "
-        "converted "
-        "twice, scale it by 1000 before export",
+        "converted twice, scale it by 1000 before export",
         extent * 1e3);
   if (extent <= kLargeBody) return "perhaps metres";
   std::string words;

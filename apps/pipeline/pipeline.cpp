@@ -245,10 +245,6 @@ void check_kind(const Case& c, bool from_vdb) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 Body load_surface(const Case& c, double scale, Progress* progress) {
   if (!is_surface_file(c.body))
     throw Error(ErrorCode::kFileUnsupported,

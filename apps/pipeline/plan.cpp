@@ -9,6 +9,8 @@
 //      J(t) is the volume swept at height t, (1 + k1 t)(1 + k2 t) above a face, t above a sharp edge, t^2
 //      above a corner. The density is integrated along the ray by Gauss points between layer levels. The ray
 //      ends where another part of the wall is nearer. This is unbiased whatever the wall's shape.
+//   5. A leaf beside a face of the domain that carries layers, farther than `band` from the body, stands for
+//   its column normal to that face, cut at the layer levels.
 #include "apps/pipeline/plan.h"
 
 #include <fmt/format.h>
@@ -184,8 +186,8 @@ std::vector<Leaf> octree(const WallMetric& metric, double smallest, const Progre
   return leaves;
 }
 
-/// Heights between which the density is integrated: layer levels (every few of them), then doubling up to
-/// `band`.
+/// Heights between which the density is integrated: layer levels (every few of them), then growing by half up
+/// to `band`.
 std::vector<double> ray_levels(const BoundaryLayer& layer, double band) {
   std::vector<double> t{0.0};
   const int stride = (layer.layers + kRayIntervals - 1) / kRayIntervals;

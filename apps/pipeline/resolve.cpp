@@ -127,7 +127,7 @@ void resolve_sizes(ResolvedCase& r, double extent) {
   r.sizes.walls = c.walls;
 }
 
-void check_painted(ResolvedCase& r, const Body& body) {
+void check_user_sizes(ResolvedCase& r, const Body& body) {
   if (body.user && !meet(body.user->bounds(), r.sizes.domain))
     r.warnings.push_back(
         fmt::format("the mesh of --metric ({}) lies outside the domain", box_text(body.user->bounds())));
@@ -168,7 +168,7 @@ ResolvedCase resolve_case(const Case& given, const Body& body) {
   check_domain(r, body.level_set, given.body.string());
   resolve_box2(r, extent);
   resolve_sizes(r, extent);
-  check_painted(r, body);
+  check_user_sizes(r, body);
   if (!c.picture_window && c.picture) {
     const int u = c.picture_plane.axis == 0 ? 1 : 0, v = c.picture_plane.axis == 2 ? 1 : 2;
     const Box<3>& b = r.sizes.box2;

@@ -12,6 +12,7 @@
 #include "tests/bench/target_bodies.h"
 #include "tests/bench/targets.h"
 #include "tests/vdb/openvdb_oracle.h"
+#include "tests/vdb/stored_metric.h"
 #include "vdb/detail/facet_wall.h"
 #include "vdb/detail/grid.h"
 #include "vdb/detail/intersections.h"
@@ -103,27 +104,13 @@ void log_metric_row(Table& table) {
   LevelSetOptions options;
   options.voxel = 0.02;
   const LevelSet wall = LevelSet::from_surface(shape("cube"), options);
-  BoundaryLayer layer;
-  layer.h_min = 1e-6;
-  layer.growth = 1.2;
-  layer.layers = 1;
-  SizeOptions sizes;
-  sizes.h2 = sizes.h1 = 0.1;
-  sizes.domain = wall.bounds().padded(2e4);
-  sizes.box2 = wall.bounds().padded(1e4);  // so far that sizes stay near h_min between the voxels
-  sizes.gradation = 0.0;
-  const WallMetric metric(wall, layer, sizes);
+  const WallMetric metric = thin_metric(wall);
   wall.write(scratch.file("a.vdb"), &metric);
-  const auto voxels = openvdb_oracle::active_voxels(scratch.file("a.vdb"), "surface");
-  const auto diagonal = openvdb_oracle::active_vectors(scratch.file("a.vdb"), "logM_diag");
-  const auto off = openvdb_oracle::active_vectors(scratch.file("a.vdb"), "logM_off");
   double worst = 0.0, aspect = 0.0;
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const Vec3 &d = diagonal[i], &o = off[i];
-    const Vec3 read = Metric<3>::from_log({d[0], o[0], d[1], o[1], o[2], d[2]}).principal().sizes;
-    const Vec3 truth = metric.at(voxels[i].x).principal().sizes;
-    worst = std::max(worst, (read.array() / truth.array() - 1.0).abs().maxCoeff());
-    aspect = std::max(aspect, truth[2] / truth[0]);
+  for (const StoredMetric& stored : stored_metrics(scratch.file("a.vdb"))) {
+    const Metric<3> truth = metric.at(stored.x);
+    worst = std::max(worst, size_error(stored.metric, truth));
+    aspect = std::max(aspect, aspect_ratio(truth));
   }
   table.at_most("D2",
                 fmt::format("log M written and read, relative error of sizes, ratios to {:.1e}", aspect),
