@@ -7,6 +7,27 @@
 #include <cmath>
 
 namespace lamina {
+namespace {
+
+// Moves bit k of the low 63 / D bits to bit D k.
+template <int D>
+std::uint64_t spread(std::uint64_t x) {
+  if constexpr (D == 2) {
+    x = (x | x << 16U) & 0x0000FFFF0000FFFFULL;
+    x = (x | x << 8U) & 0x00FF00FF00FF00FFULL;
+    x = (x | x << 4U) & 0x0F0F0F0F0F0F0F0FULL;
+    x = (x | x << 2U) & 0x3333333333333333ULL;
+    return (x | x << 1U) & 0x5555555555555555ULL;
+  } else {
+    x = (x | x << 32U) & 0x001F00000000FFFFULL;
+    x = (x | x << 16U) & 0x001F0000FF0000FFULL;
+    x = (x | x << 8U) & 0x100F00F00F00F00FULL;
+    x = (x | x << 4U) & 0x10C30C30C30C30C3ULL;
+    return (x | x << 2U) & 0x1249249249249249ULL;
+  }
+}
+
+}  // namespace
 
 template <int D>
 std::uint64_t hilbert_key(const Vec<D>& x, const Box<D>& box) {
@@ -17,25 +38,21 @@ std::uint64_t hilbert_key(const Vec<D>& x, const Box<D>& box) {
     const double u = (x[i] - box.lo[i]) / std::max(box.hi[i] - box.lo[i], 1e-300) * kCells;
     c[i] = static_cast<std::uint64_t>(std::clamp(u, 0.0, kCells - 1.0));
   }
-  for (std::uint64_t q = std::uint64_t{1} << (kBits - 1); q > 1; q >>= 1U) {
-    const std::uint64_t below = q - 1;
+  // Without branches: the bits are as good as random.
+  for (unsigned bit = kBits - 1; bit > 0; --bit) {
+    const std::uint64_t below = (std::uint64_t{1} << bit) - 1;
     for (int i = 0; i < D; ++i) {
-      if (c[i] & q) {
-        c[0] ^= below;
-      } else {
-        const std::uint64_t t = (c[0] ^ c[i]) & below;
-        c[0] ^= t;
-        c[i] ^= t;
-      }
+      const std::uint64_t set = 0 - ((c[i] >> bit) & 1U);
+      const std::uint64_t exchange = (c[0] ^ c[i]) & below & ~set;
+      c[0] ^= exchange | (below & set);
+      c[i] ^= exchange;
     }
   }
   for (int i = 1; i < D; ++i) c[i] ^= c[i - 1];
-  std::uint64_t t = 0;
-  for (std::uint64_t q = std::uint64_t{1} << (kBits - 1); q > 1; q >>= 1U)
-    if (c[D - 1] & q) t ^= q - 1;
+  std::uint64_t above = c[D - 1] >> 1U;  // parity of the higher bits of the last coordinate
+  for (unsigned shift = 1; shift < kBits; shift *= 2) above ^= above >> shift;
   std::uint64_t key = 0;
-  for (int b = kBits - 1; b >= 0; --b)
-    for (int i = 0; i < D; ++i) key = key << 1U | (((c[i] ^ t) >> static_cast<unsigned>(b)) & 1U);
+  for (int i = 0; i < D; ++i) key |= spread<D>(c[i] ^ above) << static_cast<unsigned>(D - 1 - i);
   return key;
 }
 

@@ -11,6 +11,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "core/types.h"
@@ -104,11 +105,14 @@ inline double cube_root(double x) {
   return x < 0.0 ? -y : y;
 }
 
-/// Mean-ratio quality in (0, 1] of a simplex with vertices x in the constant metric m; 1 for the regular
-/// simplex,
-/// <= 0 when the cell is not positive.
+/// What the shape of a simplex is made of, in the metric.
+struct SimplexMeasure {
+  double squared_edges;  ///< sum of all squared edge lengths
+  double volume;         ///< D! times the signed volume
+};
+
 template <int D>
-double mean_ratio(const std::array<const Vec<D>*, D + 1>& x, const Metric<D>& m) {
+SimplexMeasure measure_simplex(const std::array<const Vec<D>*, D + 1>& x, const Metric<D>& m) {
   std::array<Vec<D>, D> e;
   double sum = 0.0;
   for (int i = 0; i < D; ++i) {
@@ -118,12 +122,30 @@ double mean_ratio(const std::array<const Vec<D>*, D + 1>& x, const Metric<D>& m)
   for (int i = 0; i < D; ++i)
     for (int j = i + 1; j < D; ++j) sum += (e[i] - e[j]).squaredNorm();
   if constexpr (D == 2) {
-    const double twice_area = e[0][0] * e[1][1] - e[0][1] * e[1][0];
-    return 2.0 * 1.7320508075688772 * twice_area / sum;
+    return {sum, e[0][0] * e[1][1] - e[0][1] * e[1][0]};
   } else {
-    const double six_volumes = e[0].dot(e[1].cross(e[2]));
-    return 12.0 * cube_root(0.25 * six_volumes * std::abs(six_volumes)) / sum;
+    return {sum, e[0].dot(e[1].cross(e[2]))};
   }
+}
+
+/// Mean-ratio quality in (0, 1] of a simplex with vertices x in the constant metric m; 1 for the regular
+/// simplex, <= 0 when the cell is not positive.
+template <int D>
+double mean_ratio(const std::array<const Vec<D>*, D + 1>& x, const Metric<D>& m) {
+  const SimplexMeasure s = measure_simplex<D>(x, m);
+  if constexpr (D == 2) return 2.0 * 1.7320508075688772 * s.volume / s.squared_edges;
+  return 12.0 * cube_root(0.25 * s.volume * std::abs(s.volume)) / s.squared_edges;
+}
+
+/// Shape energy of a simplex, mean_ratio^(-D/2): 1 for the regular simplex, infinite when the cell is not
+/// positive. Ranks cells as mean_ratio does, costs no root of degree three, and is smooth in the vertices.
+template <int D>
+double shape_energy(const std::array<const Vec<D>*, D + 1>& x, const Metric<D>& m) {
+  const SimplexMeasure s = measure_simplex<D>(x, m);
+  if (!(s.volume > 0.0)) return std::numeric_limits<double>::infinity();
+  constexpr double kRegular = D == 2 ? 0.28867513459481288 : 0.048112522432468816;  // of volume / edges^(D/2)
+  if constexpr (D == 2) return kRegular * s.squared_edges / s.volume;
+  return kRegular * s.squared_edges * std::sqrt(s.squared_edges) / s.volume;
 }
 
 template <int D>

@@ -38,6 +38,7 @@ struct OperatorStats {
   std::string name;
   std::int64_t tried = 0, accepted = 0;
   std::int64_t rejected_quality = 0, rejected_length = 0, rejected_class = 0;
+  double seconds = 0.0;  ///< summed over the threads
 };
 
 /// State after one step of the homotopy: a row of the paper's Table 1.

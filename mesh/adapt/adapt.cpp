@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <span>
 
 #include "core/parallel.h"
 #include "mesh/adapt/blocks.h"
@@ -127,17 +128,28 @@ double longest_edge(const GlobalMesh<D>& mesh) {
 }
 
 template <int D>
-void evaluate_metric(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, int pass) {
+void evaluate_metric(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, int now) {
   mesh.metric.resize(mesh.x.size());
-  mesh.changed.resize(mesh.x.size(), pass);
+  mesh.changed.resize(mesh.x.size(), now);
   for_each_index(
       mesh.x.size(),
       [&](std::size_t v) {
         const Metric<D> m = field.at(mesh.x[v], floor);
-        if (m.tensor() != mesh.metric[v].tensor()) mesh.changed[v] = pass;
+        if (m.tensor() != mesh.metric[v].tensor()) mesh.changed[v] = now;
         mesh.metric[v] = m;
       },
       256);
+}
+
+template <int D>
+double quality(const GlobalMesh<D>& mesh, std::size_t c) {
+  std::array<Vec<D>, D + 1> x;
+  std::array<const Metric<D>*, D + 1> m;
+  for (int i = 0; i <= D; ++i) {
+    x[i] = mesh.x[mesh.cells[c][i]];
+    m[i] = &mesh.metric[mesh.cells[c][i]];
+  }
+  return cell_quality<D>(x, m);
 }
 
 /// Shares of the mesh in its metric; edges are counted once per cell, which is close enough to steer by.
@@ -152,17 +164,13 @@ AdaptStep measure(const GlobalMesh<D>& mesh) {
       [&](std::size_t begin, std::size_t end) {
         Sums s;
         for (std::size_t c = begin; c < end; ++c) {
-          std::array<Vec<D>, D + 1> x;
-          std::array<const Metric<D>*, D + 1> m;
-          for (int i = 0; i <= D; ++i) {
-            x[i] = mesh.x[mesh.cells[c][i]];
-            m[i] = &mesh.metric[mesh.cells[c][i]];
-          }
-          const double q = cell_quality<D>(x, m);
+          const double q = quality<D>(mesh, c);
           s.quality += q;
           s.worst = std::min(s.worst, q);
           for (const auto& e : kCellEdges<D>) {
-            const double l = edge_length<D>(x[e[0]], *m[e[0]], x[e[1]], *m[e[1]]);
+            const Index a = mesh.cells[c][e[0]];
+            const Index b = mesh.cells[c][e[1]];
+            const double l = edge_length<D>(mesh.x[a], mesh.metric[a], mesh.x[b], mesh.metric[b]);
             s.unit += l >= kUnitMin && l <= kUnitMax;
             ++s.edges;
           }
@@ -188,38 +196,82 @@ void add_stats(std::vector<OperatorStats>& total, const std::array<OperatorStats
     total[i].rejected_quality += part[i].rejected_quality;
     total[i].rejected_length += part[i].rejected_length;
     total[i].rejected_class += part[i].rejected_class;
+    total[i].seconds += part[i].seconds;
   }
 }
 
-/// One visit of every piece. Polishing looks for gains among good cells too: at the wanted metric two such
-/// passes gain more than six plain ones.
+// The sweeps of one visit. Polishing looks for gains among good cells too: at the wanted metric two such
+// passes gain more than six plain ones.
+constexpr std::array kSweeps = {kCollapse, kSplit,    kSplit, kSplit,  kSwap,
+                                kSmooth,   kCollapse, kSwap,  kSmooth, kRepair};
+constexpr std::size_t kPlainSweeps = 6;
+
+// Time counts sweeps: pass p begins at p kSweeps.
+constexpr int begin_of(int pass) { return pass * static_cast<int>(kSweeps.size()); }
+
+// When everything that sweep k of a pass looks at was last tried. A step begins with all vertices changed,
+// so that passes of both kinds do not mix.
+int last_tried(std::span<const Operator> sweeps, std::size_t k, int pass) {
+  const auto before = sweeps.first(k);
+  auto last = std::find(before.rbegin(), before.rend(), sweeps[k]);
+  if (last != before.rend()) return begin_of(pass) + static_cast<int>(before.rend() - last) - 1;
+  last = std::find(sweeps.rbegin(), sweeps.rend(), sweeps[k]);
+  return begin_of(pass - 1) + static_cast<int>(sweeps.rend() - last) - 1;
+}
+
+// Around bad cells that an interface kept from being repaired, everything is tried again.
+constexpr std::array kMending = {kRepair, kCollapse, kSplit, kSwap, kSmooth, kRepair};
+
+/// One pass over all cells, or over `cells` when there are some.
 template <int D>
 void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, const AdaptOptions& options,
-              int pass, bool polish, AdaptSummary& summary) {
+              int pass, std::span<const Operator> sweeps, const std::vector<Index>& cells,
+              AdaptSummary& summary) {
   constexpr std::size_t kCellsPerVertex = D == 3 ? 5 : 2;
   const std::size_t cells_per_block = kCellsPerVertex * static_cast<std::size_t>(options.block_vertices);
-  std::vector<std::array<OperatorStats, kOperatorCount>> stats(block_count(mesh, cells_per_block));
-  block_pass<D>(mesh, pass, cells_per_block, [&](LocalMesh<D>& local, std::size_t block) {
+  Rules rules;
+  rules.floor = options.quality_floor;
+  if (sweeps.size() > kPlainSweeps) rules.swap_below = 0.8;
+  const std::size_t blocks = block_count(cells.empty() ? mesh.cells.size() : cells.size(), cells_per_block);
+  std::vector<std::array<OperatorStats, kOperatorCount>> stats(blocks);
+  const auto visit = [&](LocalMesh<D>& local, std::size_t block) {
     Operators<D> op(local, field, floor);
-    Rules rules;
-    rules.floor = options.quality_floor;
-    rules.swap_below = polish ? 0.8 : 0.6;
-    op.collapse_sweep(rules);
-    for (const double threshold : {2.83, 2.0, kUnitMax}) {
-      rules.long_edge = threshold;
-      op.split_sweep(rules);
-    }
-    op.swap_sweep(rules);
-    op.smooth_sweep(rules);
-    op.repair_sweep(rules, 0.35);
-    if (polish) {
-      op.collapse_sweep(rules);
-      op.swap_sweep(rules);
-      op.smooth_sweep(rules);
+    for (std::size_t k = 0; k < sweeps.size(); ++k) {
+      op.set_time(cells.empty() ? last_tried(sweeps, k, pass) : 0, begin_of(pass) + static_cast<int>(k));
+      op.sweep(sweeps[k], rules);
     }
     stats[block] = op.stats();
-  });
+  };
+  block_pass<D>(mesh, pass, begin_of(pass + 1) - 1, cells_per_block, cells, visit);
   for (const auto& s : stats) add_stats(summary.operators, s);
+}
+
+/// Cells below the quality that repairs begin at, ascending.
+template <int D>
+std::vector<Index> bad_cells(const GlobalMesh<D>& mesh) {
+  std::vector<std::uint8_t> bad(mesh.cells.size());
+  for_each_index(mesh.cells.size(),
+                 [&](std::size_t c) { bad[c] = quality<D>(mesh, c) < Rules().repair_below; });
+  std::vector<Index> cells;
+  for (std::size_t c = 0; c < bad.size(); ++c)
+    if (bad[c]) cells.push_back(static_cast<Index>(c));
+  return cells;
+}
+
+/// Passes over the surroundings of bad cells, until there are none or their number stops falling.
+template <int D>
+void mend(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions& options, int pass,
+          AdaptSummary& summary) {
+  constexpr int kRings = 4;
+  constexpr int kMostPasses = 5;
+  std::vector<Index> bad = bad_cells(mesh);
+  for (int i = 0; i < kMostPasses && !bad.empty(); ++i) {
+    const std::size_t before = bad.size();
+    run_pass<D>(mesh, field, 0.0, options, pass + i, kMending, cells_around(mesh, std::move(bad), kRings),
+                summary);
+    bad = bad_cells(mesh);
+    if (bad.size() >= before) break;
+  }
 }
 
 }  // namespace
@@ -244,12 +296,16 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
   for (std::size_t k = 0; k < floors.size(); ++k) {
     const auto step_start = std::chrono::steady_clock::now();
     const bool last = k + 1 == floors.size();
-    evaluate_metric(global, field, floors[k], pass);
+    evaluate_metric(global, field, floors[k], begin_of(pass));
+    // Polishing looks at what the plain passes left alone.
+    if (last) std::fill(global.changed.begin(), global.changed.end(), begin_of(pass));
     const int passes = last ? options.final_passes : options.passes_per_step;
     for (int i = 0; i < passes; ++i, ++pass) {
       if (progress) progress->check_cancelled();
-      run_pass(global, field, floors[k], options, pass, last, summary);
+      const auto sweeps = std::span(kSweeps).first(last ? kSweeps.size() : kPlainSweeps);
+      run_pass<D>(global, field, floors[k], options, pass, sweeps, {}, summary);
     }
+    if (last) mend(global, field, options, pass, summary);
     AdaptStep step = measure(global);
     step.size_floor = floors[k];
     step.seconds = seconds_since(step_start);

@@ -73,10 +73,9 @@ void connect(LocalMesh<D>& local, const std::vector<std::array<std::uint8_t, D +
 }
 
 template <int D>
-Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t count, int pass) {
+Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t count) {
   Piece<D> piece;
   LocalMesh<D>& local = piece.mesh;
-  local.pass = pass;
   local.normals = mesh.normals;
   local.cells.resize(count);
   std::vector<std::array<std::uint8_t, D + 1>> tags(count);
@@ -102,7 +101,7 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
       local.cells[k].v[i] = slot;
       local.vertices[slot].cell = static_cast<Index>(k);
     }
-    local.cells[k].quality = local.quality(local.cells[k].v);
+    local.cells[k].energy = local.energy(local.corners(local.cells[k].v));
   }
   connect<D>(local, tags);
   for (const auto& cell : local.cells)
@@ -164,14 +163,30 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
   return r;
 }
 
+// The cells that no piece holds, as they are. REQUIRES `cells` ascending.
+template <int D>
+Result<D> others(const GlobalMesh<D>& mesh, const std::vector<Index>& cells) {
+  Result<D> r;
+  auto skip = cells.begin();
+  for (Index c = 0; c < static_cast<Index>(mesh.cells.size()); ++c) {
+    if (skip != cells.end() && *skip == c) {
+      ++skip;
+      continue;
+    }
+    r.cells.push_back(mesh.cells[c]);
+    r.facet_tags.push_back(mesh.facet_tags[c]);
+  }
+  return r;
+}
+
 // Joins the results in piece order and closes the gaps that removed vertices left.
 template <int D>
 void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std::vector<std::uint8_t>& alive,
-          int pass) {
+          int now) {
   const auto old_count = static_cast<Index>(mesh.x.size());
   // What an interface kept from being tried is tried in the next pass.
   for (const auto& r : results)
-    for (const Index v : r.frozen) mesh.changed[v] = pass;
+    for (const Index v : r.frozen) mesh.changed[v] = now;
   std::vector<Index> renumber(alive.size(), kNone);
   Index kept = 0;
   for (Index v = 0; v < old_count; ++v) {
@@ -236,24 +251,26 @@ Box<D> curve_box(const GlobalMesh<D>& mesh, int pass) {
 
 }  // namespace
 
-template <int D>
-std::size_t block_count(const GlobalMesh<D>& mesh, std::size_t cells_per_block) {
-  return std::max<std::size_t>(1, (mesh.cells.size() + cells_per_block / 2) / cells_per_block);
+std::size_t block_count(std::size_t cells, std::size_t cells_per_block) {
+  return std::max<std::size_t>(1, (cells + cells_per_block / 2) / cells_per_block);
 }
 
 template <int D>
-void block_pass(GlobalMesh<D>& mesh, int pass, std::size_t cells_per_block,
+void block_pass(GlobalMesh<D>& mesh, int pass, int end_of_pass, std::size_t cells_per_block,
+                const std::vector<Index>& cells,
                 const std::function<void(LocalMesh<D>&, std::size_t)>& visit) {
-  const std::size_t n = mesh.cells.size();
-  const std::size_t blocks = block_count(mesh, cells_per_block);
+  const bool all = cells.empty();
+  const std::size_t n = all ? mesh.cells.size() : cells.size();
+  const std::size_t blocks = block_count(n, cells_per_block);
   const Box<D> box = curve_box(mesh, pass);
   std::vector<std::uint64_t> keys(n);
-  for_each_index(n, [&](std::size_t c) {
+  for_each_index(n, [&](std::size_t k) {
     Vec<D> center = Vec<D>::Zero();
-    for (const Index v : mesh.cells[c]) center += mesh.x[v] / (D + 1);
-    keys[c] = hilbert_key<D>(center, box);
+    for (const Index v : mesh.cells[all ? k : cells[k]]) center += mesh.x[v] / (D + 1);
+    keys[k] = hilbert_key<D>(center, box);
   });
-  const std::vector<Index> order = sorted_order(keys);
+  std::vector<Index> order = sorted_order(keys);
+  if (!all) std::transform(order.begin(), order.end(), order.begin(), [&](Index k) { return cells[k]; });
   std::vector<std::uint8_t> alive(mesh.x.size(), 1);
   std::vector<Result<D>> results(blocks);
   for_each_index(
@@ -261,20 +278,35 @@ void block_pass(GlobalMesh<D>& mesh, int pass, std::size_t cells_per_block,
       [&](std::size_t b) {
         const std::size_t begin = n * b / blocks;
         const std::size_t end = n * (b + 1) / blocks;
-        Piece<D> piece = extract<D>(mesh, order.data() + begin, end - begin, pass);
+        Piece<D> piece = extract<D>(mesh, order.data() + begin, end - begin);
         visit(piece.mesh, b);
         // Vertices that are not frozen belong to this piece alone, so their slots are written by no one else.
         results[b] = write_back<D>(piece, mesh, alive);
       },
       1);
-  join<D>(mesh, results, alive, pass);
+  if (!all) results.push_back(others(mesh, cells));
+  join<D>(mesh, results, alive, end_of_pass);
 }
 
-template std::size_t block_count(const GlobalMesh<2>&, std::size_t);
-template std::size_t block_count(const GlobalMesh<3>&, std::size_t);
-template void block_pass(GlobalMesh<2>&, int, std::size_t,
+template <int D>
+std::vector<Index> cells_around(const GlobalMesh<D>& mesh, std::vector<Index> cells, int rings) {
+  std::vector<std::uint8_t> near_vertex(mesh.x.size(), 0);
+  for (int ring = 0; ring < rings; ++ring) {
+    for (const Index c : cells)
+      for (const Index v : mesh.cells[c]) near_vertex[v] = 1;
+    cells.clear();
+    for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+      if (std::any_of(mesh.cells[c].begin(), mesh.cells[c].end(), [&](Index v) { return near_vertex[v]; }))
+        cells.push_back(static_cast<Index>(c));
+  }
+  return cells;
+}
+
+template void block_pass(GlobalMesh<2>&, int, int, std::size_t, const std::vector<Index>&,
                          const std::function<void(LocalMesh<2>&, std::size_t)>&);
-template void block_pass(GlobalMesh<3>&, int, std::size_t,
+template void block_pass(GlobalMesh<3>&, int, int, std::size_t, const std::vector<Index>&,
                          const std::function<void(LocalMesh<3>&, std::size_t)>&);
+template std::vector<Index> cells_around(const GlobalMesh<2>&, std::vector<Index>, int);
+template std::vector<Index> cells_around(const GlobalMesh<3>&, std::vector<Index>, int);
 
 }  // namespace lamina::adapt_detail

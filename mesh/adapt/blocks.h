@@ -26,13 +26,19 @@ struct GlobalMesh {
   Box<D> bounds;
 };
 
-/// One pass: visit(piece) is called once for every piece, on any thread.
+/// Number of pieces that many cells are cut into.
+std::size_t block_count(std::size_t cells, std::size_t cells_per_block);
+
+/// One pass: visit(piece) is called once for every piece, on any thread. `cells`, ascending, are the ones to
+/// be cut into pieces; none: all of them. What interfaces kept from being tried counts as changed at time
+/// `end_of_pass`.
 template <int D>
-void block_pass(GlobalMesh<D>& mesh, int pass, std::size_t cells_per_block,
+void block_pass(GlobalMesh<D>& mesh, int pass, int end_of_pass, std::size_t cells_per_block,
+                const std::vector<Index>& cells,
                 const std::function<void(LocalMesh<D>&, std::size_t block)>& visit);
 
-/// Number of pieces the next pass will have.
+/// The given cells and all that lie within that many rings around them, ascending.
 template <int D>
-std::size_t block_count(const GlobalMesh<D>& mesh, std::size_t cells_per_block);
+std::vector<Index> cells_around(const GlobalMesh<D>& mesh, std::vector<Index> cells, int rings);
 
 }  // namespace lamina::adapt_detail

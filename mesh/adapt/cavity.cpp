@@ -95,14 +95,21 @@ bool Cavity<D>::grow(Index c, int i) {
 }
 
 template <int D>
-double Cavity<D>::worst_quality() const {
+double Cavity<D>::worst_energy() const {
   double worst = 1.0;
-  for (const Index c : cells_) worst = std::min(worst, mesh_.cells[c].quality);
+  for (const Index c : cells_) worst = std::max(worst, mesh_.cells[c].energy);
   return worst;
 }
 
 template <int D>
-bool Cavity<D>::add_outer_facet(Index c, int i, const Vertex& p, Index id, double floor) {
+double Cavity<D>::excess() const {
+  double sum = 0.0;
+  for (const Index c : cells_) sum += mesh_.cells[c].energy - 1.0;
+  return sum;
+}
+
+template <int D>
+bool Cavity<D>::add_outer_facet(Index c, int i, const Vertex& p, Index id, double worst) {
   const auto& cell = mesh_.cells[c];
   const Index outside = cell.n[i];
   int back = 0;
@@ -127,12 +134,12 @@ bool Cavity<D>::add_outer_facet(Index c, int i, const Vertex& p, Index id, doubl
     dropped_.push_back(d);
     return true;
   }
-  std::array<const Vertex*, D + 1> w;
+  typename Local::Corners w;
   w[0] = &p;
   for (int k = 1; k <= D; ++k) w[k] = &mesh_.vertices[star.v[k]];
-  star.quality = mesh_.quality(w);
-  bool good = star.quality > floor;
-  if (good && star.quality < kSignIsSafe) {
+  star.energy = Local::energy(w);
+  bool good = star.energy < worst;
+  if (good && star.energy > kSignIsSafe) {
     std::array<Vec<D>, D + 1> x;
     for (int k = 0; k <= D; ++k) x[k] = w[k]->x;
     good = orient<D>(x) > 0.0;
@@ -145,22 +152,24 @@ bool Cavity<D>::add_outer_facet(Index c, int i, const Vertex& p, Index id, doubl
   star.outside = outside;
   star.back = back;
   star.inner.fill(kNone);
-  proposed_worst_ = std::min(proposed_worst_, star.quality);
+  proposed_worst_ = std::max(proposed_worst_, star.energy);
+  proposed_excess_ += star.energy - 1.0;
   stars_.push_back(star);
   return true;
 }
 
 template <int D>
-bool Cavity<D>::collect(const Vertex& p, Index id, double floor) {
+bool Cavity<D>::collect(const Vertex& p, Index id, double worst, double excess) {
   stars_.clear();
   dropped_.clear();
   proposed_worst_ = 1.0;
+  proposed_excess_ = 0.0;
   blocking_cell_ = kNone;
   for (const Index c : cells_) {
     for (int i = 0; i <= D; ++i) {
       const Index n = mesh_.cells[c].n[i];
       if (n >= 0 && mesh_.cells[n].mark == mesh_.stamp) continue;
-      if (!add_outer_facet(c, i, p, id, floor)) return false;
+      if (!add_outer_facet(c, i, p, id, worst) || proposed_excess_ >= excess) return false;
     }
   }
   return !stars_.empty();
@@ -229,8 +238,8 @@ bool Cavity<D>::covers_all_vertices(Index id, Index removed) {
 }
 
 template <int D>
-bool Cavity<D>::propose(const Vertex& p, Index id, double floor, Index removed) {
-  if (!collect(p, id, floor)) return false;
+bool Cavity<D>::propose(const Vertex& p, Index id, double worst, Index removed, double excess) {
+  if (!collect(p, id, worst, excess)) return false;
   const bool closed = glue(id) && covers_all_vertices(id, removed);
   if (!closed) blocking_cell_ = kNone;
   return closed;
@@ -275,7 +284,7 @@ Index Cavity<D>::commit(const Vertex& p, Index id) {
     auto& cell = mesh_.cells[slots_[s]];
     cell.v = star.v;
     cell.v[0] = id;
-    cell.quality = star.quality;
+    cell.energy = star.energy;
     cell.mark = 0;
     cell.n[0] = star.outside;
     if (star.outside >= 0) mesh_.cells[star.outside].n[star.back] = slots_[s];
@@ -289,7 +298,7 @@ Index Cavity<D>::commit(const Vertex& p, Index id) {
     }
     for (const Index v : cell.v) {
       mesh_.vertices[v].cell = slots_[s];
-      mesh_.vertices[v].changed = mesh_.pass;
+      mesh_.vertices[v].changed = mesh_.now;
     }
   }
   for (const Index v : old_vertices_) {

@@ -6,6 +6,7 @@
 // the cavity exactly.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,8 @@ class Cavity {
  public:
   using Local = LocalMesh<D>;
   using Vertex = typename Local::Vertex;
+
+  static constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
   explicit Cavity(Local& mesh) : mesh_(mesh) {}
 
@@ -33,19 +36,21 @@ class Cavity {
   [[nodiscard]] const std::vector<Index>& cells() const { return cells_; }
   /// Boundary tags that the edge of set_shell() lies on; 0 when it is interior.
   [[nodiscard]] TagSet edge_tags() const { return edge_tags_; }
-  [[nodiscard]] double worst_quality() const;
+  [[nodiscard]] double worst_energy() const;
+  /// Sum of (energy - 1) over the cells: 0 when all are regular.
+  [[nodiscard]] double excess() const;
 
   /// Proposes the star of `p` (existing vertex `id`, or a new one when id == kNone) in place of the cavity,
   /// after which vertex `removed` (or none) has lost all its cells. Returns false as soon as a cell is not
-  /// positive or its quality is not above `floor`, or the star does not close; blocking_cell() and
-  /// blocking_facet() then tell the outer facet that failed, or kNone.
-  bool propose(const Vertex& p, Index id, double floor, Index removed = kNone);
+  /// positive, its energy is not below `worst`, the excess of all is not below `excess`, or the star does not
+  /// close; blocking_cell() and blocking_facet() then tell the outer facet that failed, or kNone.
+  bool propose(const Vertex& p, Index id, double worst, Index removed = kNone, double excess = kUnbounded);
   [[nodiscard]] Index blocking_cell() const { return blocking_cell_; }
   [[nodiscard]] int blocking_facet() const { return blocking_facet_; }
   /// Vertices that the star joins to p, each once. Valid after propose() succeeded.
   [[nodiscard]] std::span<const Index> link() const { return link_; }
   [[nodiscard]] double proposed_worst() const { return proposed_worst_; }
-  [[nodiscard]] std::size_t proposed_size() const { return stars_.size(); }
+  [[nodiscard]] double proposed_excess() const { return proposed_excess_; }
 
   /// Carries out the last successful proposal; p becomes vertex `id` or a new one. Returns the vertex.
   Index commit(const Vertex& p, Index id);
@@ -53,7 +58,7 @@ class Cavity {
  private:
   struct Star {                  // a proposed cell: p and an outer facet of the cavity
     std::array<Index, D + 1> v;  // v[0] stands for p
-    double quality;
+    double energy;
     Index outside;                   // neighbour code across the outer facet
     int back;                        // facet of `outside` that looks at the cavity
     std::array<Index, D + 1> inner;  // across facet i >= 1: star index, or kNone and then ...
@@ -74,8 +79,8 @@ class Cavity {
 
   void begin();
   void add(Index c);
-  bool collect(const Vertex& p, Index id, double floor);
-  bool add_outer_facet(Index c, int i, const Vertex& p, Index id, double floor);
+  bool collect(const Vertex& p, Index id, double worst, double excess);
+  bool add_outer_facet(Index c, int i, const Vertex& p, Index id, double worst);
   bool glue(Index id);
   bool glue_single(const Ridge& ridge, Index id);
   bool covers_all_vertices(Index id, Index removed);
@@ -87,7 +92,7 @@ class Cavity {
   std::vector<Dropped> dropped_;
   std::vector<Ridge> ridges_;
   std::vector<Index> link_;
-  double proposed_worst_ = 0.0;
+  double proposed_worst_ = 0.0, proposed_excess_ = 0.0;
   Index blocking_cell_ = kNone;
   int blocking_facet_ = 0;
   std::vector<Index> slots_, old_vertices_;  // scratch of commit()

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -19,9 +20,15 @@ constexpr Index boundary_code(int tag) { return -1 - tag; }  ///< tag in 1..31
 constexpr bool is_boundary(Index neighbor) { return neighbor < kInterface; }
 constexpr int boundary_tag(Index neighbor) { return -1 - neighbor; }
 
-/// Above this quality the rounding error of the volume in metric space cannot reach its sign (aspect ratios
-/// to 1e9).
-inline constexpr double kSignIsSafe = 1e-4;
+/// Energy of a cell of the given quality, see shape_energy().
+template <int D>
+double energy_of(double quality) {
+  return D == 2 ? 1.0 / quality : 1.0 / (quality * std::sqrt(quality));
+}
+
+/// Up to this energy the rounding error of the volume in metric space cannot reach its sign (aspect ratios to
+/// 1e9).
+inline constexpr double kSignIsSafe = 1e6;
 
 /// Set of boundary tags a vertex, edge or facet lies on, as bits.
 using TagSet = std::uint32_t;
@@ -36,13 +43,13 @@ struct LocalMesh {
     TagSet tags = 0;
     Index cell = kNone;      ///< one of its cells; < 0: removed
     bool frozen = false;     ///< on an interface
-    int changed = 0;         ///< last pass in which its cells, position or metric changed, or it was frozen
+    int changed = 0;         ///< time when its cells, position or metric last changed, or it was frozen
     std::uint32_t mark = 0;  ///< scratch of Cavity
   };
   struct Cell {
     std::array<Index, D + 1> v;  ///< v[0] == kNone: removed
     std::array<Index, D + 1> n;  ///< across the facet opposite to v[i]
-    double quality = 0.0;
+    double energy = 0.0;         ///< shape_energy() in the largest of its vertices' metrics
     std::uint32_t mark = 0;
   };
 
@@ -53,10 +60,7 @@ struct LocalMesh {
   std::uint32_t stamp = 0;         ///< cells with mark == stamp belong to the current cavity
   std::uint32_t vertex_stamp = 0;  ///< the same for marks of vertices
 
-  int pass = 0;  ///< number of the current pass
-
-  /// What was tried in the last pass and is unchanged since would fail again.
-  [[nodiscard]] bool active(Index v) const { return vertices[v].changed >= pass - 1; }
+  int now = 0;  ///< time: number of the sweep, counted through all passes
 
   [[nodiscard]] bool alive(Index c) const { return cells[c].v[0] != kNone; }
 
@@ -64,21 +68,25 @@ struct LocalMesh {
     return edge_length<D>(vertices[a].x, vertices[a].metric, vertices[b].x, vertices[b].metric);
   }
 
-  /// Quality of the cell with these vertices, with the first one replaced by p when p is not null.
-  [[nodiscard]] double quality(const std::array<Index, D + 1>& v, const Vertex* p = nullptr) const {
-    std::array<const Vertex*, D + 1> w;
+  using Corners = std::array<const Vertex*, D + 1>;
+  [[nodiscard]] Corners corners(const std::array<Index, D + 1>& v) const {
+    Corners w;
     for (int i = 0; i <= D; ++i) w[i] = &vertices[v[i]];
-    if (p) w[0] = p;
-    return quality(w);
+    return w;
   }
 
-  [[nodiscard]] double quality(const std::array<const Vertex*, D + 1>& w) const {
+  /// The metric that decides the shape of a cell: that of the largest determinant, ties: the first.
+  [[nodiscard]] static const Metric<D>& cell_metric(const Corners& w) {
     int best = 0;
     for (int i = 1; i <= D; ++i)
       if (w[i]->density > w[best]->density) best = i;
+    return w[best]->metric;
+  }
+
+  [[nodiscard]] static double energy(const Corners& w) {
     std::array<const Vec<D>*, D + 1> x;
     for (int i = 0; i <= D; ++i) x[i] = &w[i]->x;
-    return mean_ratio<D>(x, w[best]->metric);
+    return shape_energy<D>(x, cell_metric(w));
   }
 
   [[nodiscard]] int local_index(Index c, Index v) const {

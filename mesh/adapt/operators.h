@@ -12,13 +12,14 @@ enum Operator : int { kCollapse, kSplit, kSwap, kSmooth, kRepair, kOperatorCount
 
 /// Limits of one visit of a piece.
 struct Rules {
-  double floor = 0.1;          ///< absolute quality floor
-  double short_edge = 0.7071;  ///< edges below are collapsed
-  double long_edge = 1.4142;   ///< edges above are split
-  double shortest_new = 0.5;   ///< no split makes an edge shorter than this
-  double longest_new = 1.6;    ///< no collapse or swap makes an edge longer than this
-  double swap_below = 0.6;     ///< cells below this quality are candidates of swaps
-  int enlargements = 6;        ///< cells a cavity may take in before a move is given up
+  double floor = 0.1;            ///< absolute quality floor
+  double short_edge = kUnitMin;  ///< edges below are collapsed
+  double long_edge = kUnitMax;   ///< edges above are split
+  double shortest_new = 0.5;     ///< no split makes an edge shorter than this
+  double longest_new = 1.6;      ///< no collapse or swap makes an edge longer than this
+  double swap_below = 0.75;      ///< cells below this quality are candidates of swaps
+  double repair_below = 0.45;    ///< and below this one of repairs
+  int enlargements = 6;          ///< cells a cavity may take in before a move is given up
 };
 
 template <int D>
@@ -30,27 +31,41 @@ class Operators {
   Operators(Local& mesh, const AdaptMetric<D>& field, double size_floor)
       : mesh_(mesh), cavity_(mesh), field_(field), size_floor_(size_floor) {}
 
-  /// Each returns the number of accepted operations.
+  /// What stood unchanged since time `since` has been tried by the coming sweep already; what it changes is
+  /// marked with time `now`.
+  void set_time(int since, int now) {
+    since_ = since;
+    mesh_.now = now;
+  }
+
+  /// Runs the sweep of one operator and measures its time.
+  void sweep(Operator what, const Rules& rules);
+  [[nodiscard]] const std::array<OperatorStats, kOperatorCount>& stats() const { return stats_; }
+
+ private:
   std::int64_t collapse_sweep(const Rules& rules);
   std::int64_t split_sweep(const Rules& rules);
   std::int64_t swap_sweep(const Rules& rules);
   std::int64_t smooth_sweep(const Rules& rules);
   /// Worst cells first: whatever single operation lifts the worst quality of its cavity, lengths permitting.
-  std::int64_t repair_sweep(const Rules& rules, double below);
+  std::int64_t repair_sweep(const Rules& rules);
 
-  [[nodiscard]] const std::array<OperatorStats, kOperatorCount>& stats() const { return stats_; }
-
- private:
   struct Edge {
     double length;
     Index a, b, cell;
   };
 
+  struct NewtonStep {
+    Vec<D> step = Vec<D>::Zero();     // in space
+    double energy = 0.0, gain = 0.0;  // sum over the ball before the step, and what the step should take off
+  };
+
+  [[nodiscard]] bool changed(Index v) const { return mesh_.vertices[v].changed >= since_; }
   Vertex make_vertex(const Vec<D>& x, TagSet tags) const;
   void collect_edges(double low, double high);
   [[nodiscard]] std::vector<std::pair<double, Index>> bad_cells(double below) const;
   [[nodiscard]] Index find_cell(Index a, Index b, Index hint);
-  bool propose_enlarging(const Vertex& p, Index id, Index removed, const Rules& rules, double relax);
+  bool propose_enlarging(const Vertex& p, Index id, Index removed, const Rules& rules, double floor);
   bool split(const Edge& e, const Rules& rules);
   bool collapse(Index a, Index b, const Rules& rules);
   bool may_collapse(Index a, Index b, Index cell);
@@ -58,18 +73,19 @@ class Operators {
   void list_vertices(std::vector<Index>& out);
   void list_apexes(const std::array<Index, D + 1>& v, int move, std::vector<Index>& apexes);
   bool repair(Index c, const Rules& rules);
-  /// `power` p weighs a cell of quality q by q^-p in the step and q^-2p in the sum that must fall.
+  /// Lowers the sum of energy^power over the cells around a; high powers look at the worst cell alone.
   bool smooth(Index a, const Rules& rules, int power);
-  Vec<D> ideal_step(Index a, int power) const;
-  bool improves_ball(Index a, const Vertex& p, double floor, double limit, int power);
+  NewtonStep newton_step(Index a, int power) const;
+  bool improves_ball(Index a, const Vertex& p, double worst, double limit, int power);
 
   Local& mesh_;
   Cavity<D> cavity_;
   const AdaptMetric<D>& field_;
   double size_floor_;
+  int since_ = 0;
   std::vector<Edge> edges_;
   std::vector<Index> neighbors_;
-  std::vector<double> qualities_;
+  std::vector<double> energies_;
   std::array<OperatorStats, kOperatorCount> stats_;
 };
 

@@ -127,6 +127,19 @@ TEST(MeanRatio, OneForRegularSimplices) {
   EXPECT_NEAR(mean_ratio<3>({tet[1], tet[0], tet[2], tet[3]}, Metric<3>()), -q, 1e-14);
 }
 
+TEST(ShapeEnergy, IsMeanRatioToTheMinusHalfDimension) {
+  const auto m = Metric<3>::from_frame(rotation(0.3, 1.1), Vec3(1e-3, 0.1, 0.4));
+  const std::array<Vec3, 4> x = {Vec3(0, 0, 0), Vec3(0.1, 0.02, 0), Vec3(0.01, 0.3, 0.1),
+                                 Vec3(0.05, 0.1, 0.2)};
+  EXPECT_NEAR(shape_energy<3>({&x[0], &x[1], &x[2], &x[3]}, m) * std::pow(mean_ratio<3>(x, m), 1.5), 1.0,
+              1e-12);
+  EXPECT_EQ(shape_energy<3>({&x[1], &x[0], &x[2], &x[3]}, m), std::numeric_limits<double>::infinity());
+  const std::array<Vec2, 3> y = {Vec2(0, 0), Vec2(1, 0.1), Vec2(0.2, 0.4)};
+  const auto n = Metric<2>::isotropic(0.3);
+  EXPECT_NEAR(shape_energy<2>({&y[0], &y[1], &y[2]}, n) * mean_ratio<2>(y, n), 1.0, 1e-13);
+  EXPECT_EQ(shape_energy<2>({&y[0], &y[1], &y[1]}, n), std::numeric_limits<double>::infinity());
+}
+
 // The unit corner tetrahedron: V = 1/6, sum of squared edges 3 + 6 = 9: q = 12 (1/2)^(2/3) / 9.
 TEST(MeanRatio, CornerTetrahedronByHand) {
   const std::array<Vec3, 4> x = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)};
