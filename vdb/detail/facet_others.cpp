@@ -2,9 +2,11 @@
 // closest point of its facet and no neighbour of the feature it lies on comes closer. Subtrees are skipped by
 // distance and - what makes it cheap along a plain wall - when no normal below them points towards x: at a
 // local minimum x lies in the hull of the normals around q. Facets at rims and where more than two meet allow
-// every direction.
+// every direction. Corners and edges are looked for at one of their facets only, and on the side to which
+// they stand out: from within a convex body none of them is a minimum.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/parallel.h"
 #include "vdb/detail/facet_wall.h"
@@ -13,120 +15,99 @@ namespace lamina::detail {
 namespace {
 
 constexpr double kSeparation = 0.98480775301220806;  // cos 10 degrees
-constexpr float kAnyDirection = -2.0F;
 
-// cos(a + b) for angles in [0, pi] whose sum may exceed pi: then -1.
-double cos_sum(double cos_a, double cos_b) {
-  if (cos_a <= -cos_b) return -1.0;
-  const double sa = std::sqrt(std::max(0.0, 1.0 - cos_a * cos_a)),
-               sb = std::sqrt(std::max(0.0, 1.0 - cos_b * cos_b));
-  return cos_a * cos_b - sa * sb;
+// The facet of a corner or edge that speaks for all around it: the first one on the wall.
+Index spokesman(const SignRule& sign, std::span<const Index> corners) {
+  for (const Index c : corners)
+    if (sign.on_wall(c / 4)) return c / 4;
+  return kNone;
+}
+
+// Boxes of the leaves by the position of what they hold; without limits where the root is a leaf.
+struct LeafBoxes {
+  std::vector<std::array<float, 3>> lo, hi;
+};
+
+LeafBoxes leaf_boxes(const BoxTree& tree) {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  LeafBoxes boxes{{tree.ids.size(), {-kFar, -kFar, -kFar}}, {tree.ids.size(), {kFar, kFar, kFar}}};
+  for (const BoxNode& node : tree.nodes)
+    for (std::size_t c = 0; c < 2; ++c) {
+      const std::int32_t child = node.child[c];
+      for (int k = child < 0 ? leaf_begin(child) : 0, n = child < 0 ? leaf_count(child) : 0; n > 0; ++k, --n)
+        for (std::size_t a = 0; a < 3; ++a) {
+          boxes.lo[static_cast<std::size_t>(k)][a] = node.lo[a][c];
+          boxes.hi[static_cast<std::size_t>(k)][a] = node.hi[a][c];
+        }
+    }
+  return boxes;
 }
 
 }  // namespace
 
-FacetWall::Cone FacetWall::merge(std::span<const Cone> parts) {
-  constexpr Cone kAny{{0.0F, 0.0F, 1.0F}, kAnyDirection};
-  Vec3 axis = Vec3::Zero();
-  for (const Cone& p : parts) axis += Vec3(p.axis[0], p.axis[1], p.axis[2]);
-  if (axis.norm() < 1e-3) return kAny;
-  axis.normalize();
-  double c = 1.0;
-  for (const Cone& p : parts) {
-    if (p.cos_half < -1.0F) return kAny;
-    const double off = axis.dot(Vec3(p.axis[0], p.axis[1], p.axis[2]));
-    c = std::min(c, cos_sum(std::clamp(off, -1.0, 1.0), p.cos_half) - 1e-6);
-  }
-  return {{float(axis[0]), float(axis[1]), float(axis[2])}, c <= -1.0 ? kAnyDirection : float(c)};
-}
-
-// The normals around the corners of each facet. By way of the vertices, so that fans of many facets cost no
-// more.
-std::vector<FacetWall::Cone> FacetWall::facet_cones() const {
-  std::vector<std::uint8_t> open(surface_.points.size(), 0);
-  for (const Edge& e : topology_.edges)
-    if (!e.regular) open[static_cast<std::size_t>(e.a)] = open[static_cast<std::size_t>(e.b)] = 1;
-  std::vector<Cone> vertex(surface_.points.size()), facet(surface_.triangles.size());
-  for_each_chunk(vertex.size(), 1024, [&](std::size_t begin, std::size_t end) {
-    std::vector<Cone> parts;
-    for (std::size_t v = begin; v < end; ++v) {
-      parts.clear();
-      for (const Index corner : topology_.star_of(static_cast<Index>(v))) {
-        const Vec3& n = topology_.normals[static_cast<std::size_t>(corner / 4)];
-        parts.push_back({{float(n[0]), float(n[1]), float(n[2])}, 1.0F});
-      }
-      vertex[v] = merge(parts);
-      if (open[v]) vertex[v].cos_half = kAnyDirection;
+// The directions in which a facet may be seen as a local minimum, from its front and from its back: its
+// normal and, for the edges and corners that it speaks for, the normals around them where they stand out to
+// that side. A flat face beside a sharp edge so keeps its one direction, except in one row of facets.
+std::array<Cone, 2> FacetWall::normals_of(Index facet) const {
+  constexpr double kFlat = 1e-5;
+  constexpr double kWider = 0.9999;  // cosine: covers kFlat, single precision, and rounding at slivers
+  const std::size_t t = static_cast<std::size_t>(facet);
+  std::array<std::vector<Cone>, 2> sides;
+  bool all = false;
+  const auto add = [&](std::size_t side, Index other) {
+    const Vec3& n = topology_.normals[static_cast<std::size_t>(other)];
+    all = all || n.isZero();
+    sides[side].push_back(Cone::around(side == 0 ? n : Vec3(-n)));
+  };
+  for (const std::size_t side : {0u, 1u}) add(side, facet);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Edge& e = topology_.edges[static_cast<std::size_t>(topology_.facet_edges[t][k])];
+    const std::span<const Index> half = topology_.half_edges_of(e);
+    if (spokesman(sign_, half) == facet) {
+      all = all || !e.regular;
+      if (std::abs(e.angle) > kFlat)
+        for (const Index h : half) add(e.angle > 0.0 ? 0 : 1, h / 4);
     }
-  });
-  for_each_index(facet.size(), [&](std::size_t t) {
-    std::array<Cone, 3> parts;
-    for (std::size_t k = 0; k < 3; ++k) parts[k] = vertex[static_cast<std::size_t>(surface_.triangles[t][k])];
-    facet[t] = merge(parts);
-    if (facet[t].cos_half >= -1.0F)  // a little wider, for single precision
-      facet[t].cos_half = static_cast<float>(cos_sum(facet[t].cos_half, 0.9999));
-  });
-  return facet;
+    const std::span<const Index> star = topology_.star_of(surface_.triangles[t][k]);
+    if (spokesman(sign_, star) != facet) continue;
+    std::array<bool, 2> stands_out{};
+    for (const Index c : star)
+      for (const Index side : {c % 4, (c % 4 + 2) % 3}) {
+        const std::size_t id = static_cast<std::size_t>(
+            topology_.facet_edges[static_cast<std::size_t>(c / 4)][static_cast<std::size_t>(side)]);
+        const Edge& spoke = topology_.edges[id];
+        all = all || !spoke.regular;
+        stands_out[0] = stands_out[0] || spoke.angle > kFlat;
+        stands_out[1] = stands_out[1] || spoke.angle < -kFlat;
+      }
+    for (const std::size_t side : {0u, 1u})
+      if (stands_out[side])
+        for (const Index c : star) add(side, c / 4);
+  }
+  if (all) return {Cone::everything(), Cone::everything()};
+  return {merge(sides[0]).widened(kWider), merge(sides[1]).widened(kWider)};
 }
 
-FacetWall::Part FacetWall::make_part(const Cone& normals, const Vec3& lo, const Vec3& hi) {
-  Part part;
-  const Vec3 center = 0.5 * (lo + hi);
-  for (int a = 0; a < 3; ++a) part.center[a] = static_cast<float>(center[a]);
-  constexpr double kSlack = 1e-6;  // single precision of the centre
-  part.radius =
-      static_cast<float>(0.5 * (hi - lo).norm() * (1.0 + kSlack) + kSlack * center.cwiseAbs().maxCoeff());
-  part.normals = normals;
-  const double cosine = normals.cos_half;
-  part.sin_half = static_cast<float>(std::sqrt(std::max(0.0, 1.0 - cosine * cosine)));
-  return part;
-}
-
-void FacetWall::build_parts() {
-  const std::vector<Cone> facet = facet_cones();
+std::vector<ConePiece> FacetWall::make_pieces() const {
   const BoxTree& tree = bvh_.tree();
-  slots_.resize(tree.ids.size());
-  for_each_index(slots_.size(), [&](std::size_t k) {
-    const std::size_t t = static_cast<std::size_t>(tree.ids[k]);
-    Box<3> box;
-    for (const Index v : surface_.triangles[t])
-      box.extend(surface_.points[static_cast<std::size_t>(v)] - bvh_.origin());
-    slots_[k] = make_part(facet[t], box.lo, box.hi);
-  });
-  parts_.resize(tree.nodes.size());
-  std::vector<Cone> below;
-  for (std::size_t i = tree.nodes.size(); i-- > 0;) {  // children follow their parent: seen first
-    const BoxNode& node = tree.nodes[i];
-    for (std::size_t c = 0; c < 2; ++c) {
-      const std::int32_t child = node.child[c];
-      below.clear();
-      if (child < 0) {
-        for (int k = leaf_begin(child); k < leaf_begin(child) + leaf_count(child); ++k)
-          below.push_back(slots_[static_cast<std::size_t>(k)].normals);
-      } else {
-        for (const Part& part : parts_[static_cast<std::size_t>(child)]) below.push_back(part.normals);
-      }
-      const Vec3 lo(node.lo[0][c], node.lo[1][c], node.lo[2][c]),
-          hi(node.hi[0][c], node.hi[1][c], node.hi[2][c]);
-      parts_[i][c] = make_part(merge(below), lo, hi);
+  const LeafBoxes leaves = leaf_boxes(tree);
+  std::vector<ConePiece> pieces(tree.ids.size());
+  for_each_index(pieces.size(), [&](std::size_t k) {
+    // A long facet is entered by several boxes: each stands for the part of the facet in it.
+    std::array<Vec3, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index v = surface_.triangles[static_cast<std::size_t>(tree.ids[k])][i];
+      corners[i] = surface_.points[static_cast<std::size_t>(v)] - bvh_.origin();
     }
-  }
-}
-
-// Can a normal of `part` (turned around, for its back) point from its place to x? Asks whether the ball, seen
-// from x, meets the cone.
-bool FacetWall::may_face(const Part& part, const Vec3& local, bool front, bool back) {
-  if (part.normals.cos_half < -1.0F) return true;
-  const Vec3 from(local[0] - part.center[0], local[1] - part.center[1], local[2] - part.center[2]);
-  const double d2 = from.squaredNorm(), radius = part.radius;
-  if (d2 <= radius * radius) return true;
-  const double height =
-      from[0] * part.normals.axis[0] + from[1] * part.normals.axis[1] + from[2] * part.normals.axis[2];
-  const double across = std::sqrt(std::max(0.0, d2 - height * height));
-  constexpr double kSlack = 1e-5;  // single precision of the cone
-  const double beside = across * part.normals.cos_half - kSlack * (across + std::abs(height)) - radius;
-  const double along = height * part.sin_half;
-  return (front && beside <= along) || (back && beside <= -along);
+    const BoxRef whole = BoxRef::around(corners.data(), 3, tree.ids[k]);
+    ConePiece& piece = pieces[k];
+    for (std::size_t a = 0; a < 3; ++a) {
+      piece.lo[a] = std::max(whole.lo[a], leaves.lo[k][a]);
+      piece.hi[a] = std::min(whole.hi[a], leaves.hi[k][a]);
+    }
+    piece.normals = normals_of(tree.ids[k]);
+  });
+  return pieces;
 }
 
 // Does the wall come closer to x on the way from the closest point of a facet into one of its neighbours?
@@ -159,7 +140,6 @@ bool FacetWall::descends(const TriangleHit& hit) const {
 }
 
 bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double sign) const {
-  if (descends(hit)) return false;
   const std::size_t t = static_cast<std::size_t>(hit.triangle);
   const double limit = hit.d2 * (1.0 - 1e-12);
   const auto closer = [&](Index facet) {
@@ -174,15 +154,9 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double s
     const Index partner = topology_.edges[static_cast<std::size_t>(edge)].partner;
     return partner != kNone && closer(partner);
   };
-  // Facets around a corner or edge share its minimum: the first one on the wall speaks for all.
-  const auto first_of = [&](std::span<const Index> corners) {
-    for (const Index c : corners)
-      if (sign_.on_wall(c / 4)) return c / 4 == hit.triangle;
-    return false;
-  };
   if (hit.feature >= kCorner0) {
     const Index v = surface_.triangles[t][static_cast<std::size_t>(hit.feature - kCorner0)];
-    if (!first_of(topology_.star_of(v))) return false;
+    if (spokesman(sign_, topology_.star_of(v)) != hit.triangle || descends(hit)) return false;
     for (const Index c : topology_.star_of(v)) {
       const std::array<Index, 3>& edges = topology_.facet_edges[static_cast<std::size_t>(c / 4)];
       if (closer(c / 4) || goes_on(edges[static_cast<std::size_t>(c % 4)]) ||
@@ -193,7 +167,7 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double s
     const Index id = topology_.facet_edges[t][static_cast<std::size_t>(hit.feature - kEdge0)];
     const std::span<const Index> half =
         topology_.half_edges_of(topology_.edges[static_cast<std::size_t>(id)]);
-    if (!first_of(half)) return false;
+    if (spokesman(sign_, half) != hit.triangle || descends(hit)) return false;
     for (const Index h : half)
       if (closer(h / 4)) return false;
     if (goes_on(id)) return false;
@@ -210,38 +184,16 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double s
 
 void FacetWall::collect(const Vec3& x, double sign, double reach, const Vec3& main,
                         std::vector<Candidate>& out) const {
-  const BoxTree& tree = bvh_.tree();
-  if (tree.empty()) return;
-  const Vec3 local = x - bvh_.origin();
   const bool front = sign > 0.0 || !sign_.oriented(), back = sign < 0.0 || !sign_.oriented();
-  std::int32_t stack[kTreeStack];
-  int depth = 0;
-  stack[depth++] = tree.root;
-  while (depth > 0) {
-    const std::int32_t code = stack[--depth];
-    if (code < 0) {
-      for (int i = leaf_begin(code); i < leaf_begin(code) + leaf_count(code); ++i) {
-        if (!may_face(slots_[static_cast<std::size_t>(i)], local, front, back)) continue;
-        const TriangleHit hit = bvh_.on_slot(i, x);
-        if (hit.d2 > reach * reach) continue;
-        const double d = std::sqrt(hit.d2);
-        const Vec3 to = d > tiny_ ? Vec3(-hit.offset / d)
-                                  : Vec3(-sign * topology_.normals[static_cast<std::size_t>(hit.triangle)]);
-        if (to.dot(main) > kSeparation || !is_local_minimum(x, hit, sign)) continue;
-        out.push_back({hit.d2, hit, to});
-      }
-      continue;
-    }
-    const BoxNode& node = tree.nodes[static_cast<std::size_t>(code)];
-    double d2[2];
-    child_distances(node, local.data(), d2);
-    for (int c = 0; c < 2; ++c) {
-      if (d2[c] > reach * reach) continue;
-      if (!may_face(parts_[static_cast<std::size_t>(code)][static_cast<std::size_t>(c)], local, front, back))
-        continue;
-      stack[depth++] = node.child[c];
-    }
-  }
+  cones_.visit_facing(x - bvh_.origin(), reach, front, back, [&](int slot) {
+    const TriangleHit hit = bvh_.on_slot(slot, x);
+    if (hit.d2 > reach * reach) return;
+    const double d = std::sqrt(hit.d2);
+    const Vec3 to = d > tiny_ ? Vec3(-hit.offset / d)
+                              : Vec3(-sign * topology_.normals[static_cast<std::size_t>(hit.triangle)]);
+    if (to.dot(main) > kSeparation || !is_local_minimum(x, hit, sign)) return;
+    out.push_back({hit.d2, hit, to});
+  });
 }
 
 int FacetWall::others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const {

@@ -23,9 +23,8 @@ FacetWall::FacetWall(Surface surface, double feature_angle, bool sheets)
       sign_(surface_, topology_, sheets),
       bvh_(surface_.points, surface_.triangles, sign_.wall()),
       features_(surface_, topology_, sign_),
-      curvature_(estimate_curvature(surface_, topology_)) {
-  build_parts();
-}
+      curvature_(estimate_curvature(surface_, topology_)),
+      cones_(bvh_.tree(), make_pieces()) {}
 
 double FacetWall::phi(const Vec3& x) const {
   const TriangleHit hit = bvh_.closest(x);

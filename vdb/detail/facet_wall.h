@@ -5,6 +5,7 @@
 #include "core/field.h"
 #include "vdb/detail/bends.h"
 #include "vdb/detail/bvh.h"
+#include "vdb/detail/cone_tree.h"
 #include "vdb/detail/curvature.h"
 #include "vdb/detail/features.h"
 #include "vdb/detail/sign.h"
@@ -42,17 +43,6 @@ class FacetWall : public WallField {
   void find_bends() { bends_ = Bends(surface_, topology_, curvature_); }
 
  private:
-  struct Cone {
-    float axis[3];
-    float cos_half;  ///< < -1: every direction
-  };
-  /// A part of the wall: a ball around it, relative to the tree's origin, and the cone of its normals.
-  struct Part {
-    float center[3];
-    float radius;
-    Cone normals;
-    float sin_half;
-  };
   struct Candidate {
     double d2;
     TriangleHit hit;
@@ -63,11 +53,8 @@ class FacetWall : public WallField {
   [[nodiscard]] bool fill_ray(const TriangleHit& hit, double sign, WallPoint& wall) const;
   [[nodiscard]] bool on_sharp(const TriangleHit& hit, double sign, EdgePoint& edge, bool& corner) const;
   [[nodiscard]] Vec3 feature_normal(const TriangleHit& hit) const;
-  void build_parts();
-  [[nodiscard]] static Part make_part(const Cone& normals, const Vec3& lo, const Vec3& hi);
-  [[nodiscard]] static bool may_face(const Part& part, const Vec3& local, bool front, bool back);
-  static Cone merge(std::span<const Cone> parts);
-  [[nodiscard]] std::vector<Cone> facet_cones() const;
+  [[nodiscard]] std::vector<ConePiece> make_pieces() const;
+  [[nodiscard]] std::array<Cone, 2> normals_of(Index facet) const;
   [[nodiscard]] bool descends(const TriangleHit& hit) const;
   [[nodiscard]] bool is_local_minimum(const Vec3& x, const TriangleHit& hit, double sign) const;
   void collect(const Vec3& x, double sign, double reach, const Vec3& main, std::vector<Candidate>& out) const;
@@ -81,8 +68,7 @@ class FacetWall : public WallField {
   Features features_;
   Curvature curvature_;
   Bends bends_;
-  std::vector<std::array<Part, 2>> parts_;  ///< what lies below the children of each node of the tree
-  std::vector<Part> slots_;                 ///< the facets in the leaf order of the tree
+  ConeTree cones_;  ///< the facets, in the leaf order of bvh_
 };
 
 }  // namespace lamina::detail

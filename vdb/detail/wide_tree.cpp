@@ -1,37 +1,23 @@
-// Each node takes two levels of a binary tree: of the children gathered so far, the inner one with the
-// largest box is replaced by its own two until there are four.
+// Each node takes two levels of a binary tree.
 #include "vdb/detail/wide_tree.h"
 
 namespace lamina::detail {
 namespace {
 
-// A child of a binary node.
-struct Child {
-  const BoxNode* node;
-  int side;
-  [[nodiscard]] std::int32_t code() const { return node->child[side]; }
-  [[nodiscard]] double half_area() const {
-    double e[3];
-    for (int a = 0; a < 3; ++a) e[a] = double(node->hi[a][side]) - node->lo[a][side];
-    return e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
-  }
-};
-
 constexpr float kNowhere = 3e38F;
 
 }  // namespace
 
-WideTree::WideTree(const BoxTree& tree) {
-  if (tree.empty()) return;
-  nodes_.reserve(tree.nodes.size() / 2 + 1);
-  root_ = widen(tree, tree.root);
+double BoxChild::half_area() const {
+  double e[3];
+  for (int a = 0; a < 3; ++a) e[a] = double(parent->hi[a][side]) - parent->lo[a][side];
+  return e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
 }
 
-std::int32_t WideTree::widen(const BoxTree& tree, std::int32_t code) {
-  if (code < 0) return code;
-  const BoxNode& top = tree.nodes[static_cast<std::size_t>(code)];
-  std::array<Child, 4> child{Child{&top, 0}, Child{&top, 1}};
-  std::size_t count = 2;
+FourChildren gather_four(const BoxTree& tree, std::int32_t node) {
+  const BoxNode& top = tree.nodes[static_cast<std::size_t>(node)];
+  FourChildren four{{BoxChild{&top, 0}, BoxChild{&top, 1}}, 2};
+  auto& [child, count] = four;
   while (count < 4) {
     std::size_t widest = count;
     for (std::size_t c = 0; c < count; ++c)
@@ -42,6 +28,18 @@ std::int32_t WideTree::widen(const BoxTree& tree, std::int32_t code) {
     child[widest] = {&inner, 0};
     child[count++] = {&inner, 1};
   }
+  return four;
+}
+
+WideTree::WideTree(const BoxTree& tree) {
+  if (tree.empty()) return;
+  nodes_.reserve(tree.nodes.size() / 2 + 1);
+  root_ = widen(tree, tree.root);
+}
+
+std::int32_t WideTree::widen(const BoxTree& tree, std::int32_t code) {
+  if (code < 0) return code;
+  const auto [child, count] = gather_four(tree, code);
   const std::size_t at = nodes_.size();
   WideNode node;
   node.lo.fill(Eigen::Array4f::Constant(kNowhere));
@@ -49,8 +47,8 @@ std::int32_t WideTree::widen(const BoxTree& tree, std::int32_t code) {
   node.child.fill(~0);
   for (std::size_t c = 0; c < count; ++c)
     for (std::size_t a = 0; a < 3; ++a) {
-      node.lo[a][static_cast<Eigen::Index>(c)] = child[c].node->lo[a][child[c].side];
-      node.hi[a][static_cast<Eigen::Index>(c)] = child[c].node->hi[a][child[c].side];
+      node.lo[a][static_cast<Eigen::Index>(c)] = child[c].parent->lo[a][child[c].side];
+      node.hi[a][static_cast<Eigen::Index>(c)] = child[c].parent->hi[a][child[c].side];
     }
   nodes_.push_back(node);
   for (std::size_t c = 0; c < count; ++c) {

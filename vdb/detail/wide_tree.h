@@ -16,6 +16,23 @@
 
 namespace lamina::detail {
 
+/// A child of a binary node.
+struct BoxChild {
+  const BoxNode* parent;
+  int side;
+  [[nodiscard]] std::int32_t code() const { return parent->child[side]; }
+  [[nodiscard]] double half_area() const;
+};
+
+struct FourChildren {
+  std::array<BoxChild, 4> child;
+  std::size_t count;
+};
+
+/// What is below an inner node: its two children, of which the inner one with the largest box is replaced by
+/// its own two until there are four.
+FourChildren gather_four(const BoxTree& tree, std::int32_t node);
+
 struct WideNode {
   std::array<Eigen::Array4f, 3> lo, hi;
   std::array<std::int32_t, 4> child;  ///< as of BoxNode; slots without a child hold an empty leaf
