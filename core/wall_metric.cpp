@@ -94,7 +94,8 @@ WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const 
       painted_(std::move(painted)),
       user_(user),
       rate_(sizes.gradation > 0.0 ? std::log(sizes.gradation) : kUnbounded),
-      edge_rate_(std::log(sizes.edge_growth)) {
+      edge_rate_(std::log(sizes.edge_growth)),
+      inside_rate_(std::log(sizes.growth_inside)) {
   check(layer_, sizes_, wall.bounds());
   start_ = std::min(sizes_.h2, layer_size(layer_.top()));
   open_domain_ = sizes_.domain;
@@ -122,7 +123,7 @@ double WallMetric::inside_size(double depth) const {
   const double mirrored = layer_.level(sizes_.mirrored_layers);
   if (depth <= mirrored) return std::min(sizes_.h2, layer_size(depth));
   const double last = layer_.h_min * std::pow(layer_.growth, std::max(0, sizes_.mirrored_layers - 1));
-  return std::min(sizes_.h2, last + std::log(sizes_.growth_inside) * (depth - mirrored));
+  return std::min(sizes_.h2, last + inside_rate_ * (depth - mirrored));
 }
 
 // Size far from all walls: h2 in Box2, growing geometrically to h1 at the border of the domain.
@@ -132,6 +133,12 @@ double WallMetric::far_size(const Vec3& x) const {
   const double h = sizes_.h2 * std::pow(sizes_.h1 / sizes_.h2, d2 / (d2 + open_domain_.inner_distance(x)));
   return std::min(h,
                   sizes_.h2 + rate_ * d2);  // boxes that end close to each other leave no room for that rule
+}
+
+// Factor of the growth along edges at a depth inside the body, from 1 at the wall.
+double WallMetric::hasty(double depth) const {
+  constexpr double kMost = 3.0, kSpan = 4.0;  // kSpan: in first layers
+  return 1.0 + (kMost - 1.0) * std::min(1.0, depth / (kSpan * layer_.h_min));
 }
 
 double WallMetric::normal_size(const Vec3& x, double phi) const {
@@ -200,18 +207,20 @@ std::optional<Metric<3>> WallMetric::edge_metric(const WallPoint& wall, const Si
   if (!std::isfinite(wall.edge_distance)) return {};
   const double angle = std::clamp(wall.edge_angle, 0.1, 0.5 * std::numbers::pi);
   const double widest = std::max({sizes.ht1, sizes.ht2, floor});
+  // Inside nobody needs the cells small: with the depth the fan widens as fast as layers may grow, and sizes
+  // along the edge grow ever faster. (Across it, or away from bends, haste lets sizes jump: growth by 3.3.)
+  const double depth = std::max(0.0, -wall.phi);
   const double fan =
-      std::max(sizes.hn * 0.5 * std::numbers::pi / angle,
-               tangential_size(std::numeric_limits<double>::infinity(), sizes.hn, wall.phi, widest));
+      std::max({sizes.hn * 0.5 * std::numbers::pi / angle,
+                tangential_size(std::numeric_limits<double>::infinity(), sizes.hn, wall.phi, widest),
+                sizes.hn + inside_rate_ * depth});
   const double hn = std::max(sizes.hn, floor);
   const double across = std::max(fan + edge_rate_ * wall.edge_distance, hn);
   if (across >= std::max(sizes.ht1, floor) && across >= std::max(sizes.ht2, floor)) return {};
   Vec3 along = wall.edge_direction - wall.edge_direction.dot(wall.N) * wall.N;
   constexpr double kAlongNormal = 1e-6;
   const bool corner = along.norm() < kAlongNormal;
-  constexpr double kHastyInside = 3.0;  // nobody needs the body's own cells small
-  const double corner_rate = wall.phi < 0.0 ? kHastyInside * edge_rate_ : edge_rate_;
-  const double length = std::min({fan + corner_rate * wall.corner_distance,
+  const double length = std::min({fan + edge_rate_ * hasty(depth) * wall.corner_distance,
                                   chord_length(wall.edge_curvature, across), corner ? across : widest});
   along = corner ? wall.N.unitOrthogonal() : Vec3(along.normalized());
   return framed(wall.N, wall.N.cross(along), along, Vec3(hn, across, std::max(length, hn)));

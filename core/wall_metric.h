@@ -83,6 +83,7 @@ class WallMetric : public MetricField<3> {
   };
   [[nodiscard]] double layer_size(double height) const;
   [[nodiscard]] double inside_size(double depth) const;
+  [[nodiscard]] double hasty(double depth) const;
   [[nodiscard]] double far_size(const Vec3& x) const;
   [[nodiscard]] double tangential_size(double curvature, double hn, double phi, double largest) const;
   [[nodiscard]] Sizes wall_sizes(const Vec3& x, const WallPoint& wall) const;
@@ -107,8 +108,9 @@ class WallMetric : public MetricField<3> {
   Box<3> open_domain_;  ///< the domain without its walls: those sides are infinitely far
   double start_ = 0.0;  ///< normal size at the top of the layers
   bool has_walls_ = false;
-  double rate_;       ///< growth of sizes per unit of length that keeps to SizeOptions::gradation
-  double edge_rate_;  ///< growth per unit of length that makes a ratio of edge_growth per element
+  double rate_;         ///< growth of sizes per unit of length that keeps to SizeOptions::gradation
+  double edge_rate_;    ///< growth per unit of length that makes a ratio of edge_growth per element
+  double inside_rate_;  ///< the same of growth_inside
 };
 
 }  // namespace lamina

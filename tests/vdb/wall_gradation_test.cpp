@@ -45,8 +45,10 @@ struct Field {
   }
 };
 
+enum class Segments { kOutside, kThroughTheWall };
+
 // Segments of half a unit of length from points at all heights over the wall.
-Growth measure(const Field& f, int count) {
+Growth measure(const Field& f, int count, Segments wanted = Segments::kOutside) {
   std::mt19937_64 engine(1);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   std::normal_distribution<double> normal;
@@ -68,7 +70,8 @@ Growth measure(const Field& f, int count) {
     const Vec3 p = foot + h_min * std::pow(0.3 * extent / h_min, uniform(engine)) * any();
     const Metric<3> at_p = f.metric.at(p);
     const Vec3 q = p + 0.5 * (at_p.factor().inverse() * any());
-    if (f.wall.phi(p) < 0.0 || f.wall.phi(q) < 0.0) continue;
+    const bool p_inside = f.wall.phi(p) < 0.0, q_inside = f.wall.phi(q) < 0.0;
+    if (wanted == Segments::kOutside ? p_inside || q_inside : p_inside == q_inside) continue;
     const Metric<3> at_q = f.metric.at(q);
     const Vec3 along = (q - p).normalized();
     const double ratio = std::abs(std::log(at_p.size_along(along) / at_q.size_along(along)));
@@ -93,6 +96,15 @@ TEST(WallGradation, SizesNeverJump) {
     const Growth g = measure(Field(make_shape(name, {}), 1e-4), kSegments);
     EXPECT_LT(g.p99, 2.3) << name;
     EXPECT_LT(g.worst, most) << name;
+  }
+}
+
+// Cells of both sides share the vertices on the wall.
+TEST(WallGradation, SizesGoOnThroughTheWall) {
+  for (const char* name : {"cube", "step", "ahmed", "cylinder"}) {
+    const Growth g = measure(Field(make_shape(name, {}), 1e-4), 8000, Segments::kThroughTheWall);
+    EXPECT_LT(g.p99, 2.5) << name;
+    EXPECT_LT(g.worst, 8.0) << name;
   }
 }
 
