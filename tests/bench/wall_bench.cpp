@@ -17,12 +17,12 @@ struct Scene {
   WallMetric metric;
   std::vector<Vec3> points;
 
-  explicit Scene(Surface surface, bool sorted = false)
+  explicit Scene(Surface surface, std::size_t count = 10000, bool sorted = false)
       : wall(LevelSet::from_surface(std::move(surface), {})), metric(wall, layer(), sizes(wall.bounds())) {
     std::mt19937 engine(1);
     const auto uniform = [&] { return static_cast<double>(engine()) / 4294967296.0; };
     const Box<3> box = wall.bounds().padded(0.1);
-    while (points.size() < 10000) {
+    while (points.size() < count) {
       const Vec3 x = box.lo + Vec3(uniform(), uniform(), uniform()).cwiseProduct(box.size());
       const WallPoint at = wall.at(x);
       const double height = 0.03 * std::pow(uniform(), 3.0);
@@ -61,7 +61,7 @@ const Scene& ahmed() {
 
 // 97 k facets; points along a Hilbert curve, as the mesher asks.
 const Scene& fine_ahmed() {
-  static const Scene scene(shape("ahmed", 0.006), true);
+  static const Scene scene(shape("ahmed", 0.006), 100000, true);
   return scene;
 }
 
