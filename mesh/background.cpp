@@ -140,15 +140,15 @@ Metric<D> BackgroundMetric<D>::at(const Vec<D>& x) const {
 }
 
 template <int D>
-BackgroundMetric<D> BackgroundMetric<D>::read(const std::filesystem::path& path) {
-  const AnyMesh any = read_mesh(path);
-  const auto* mesh = std::get_if<Mesh<D>>(&any);
-  if (mesh == nullptr)
+std::vector<Metric<D>> read_mesh_with_metric(const std::filesystem::path& path, Mesh<D>& mesh) {
+  AnyMesh any = read_mesh(path);
+  auto* found = std::get_if<Mesh<D>>(&any);
+  if (found == nullptr)
     throw Error(ErrorCode::kFileUnsupported,
                 fmt::format("{}: not a mesh in {} dimensions", path.string(), D));
-  if (mesh->cells.empty())
+  if (found->cells.empty())
     throw Error(ErrorCode::kFileUnsupported, fmt::format("{}: the mesh has no cells", path.string()));
-  std::optional<std::vector<Metric<D>>> metric = metric_field<D>(*mesh, path.string());
+  std::optional<std::vector<Metric<D>>> metric = metric_field<D>(*found, path.string());
   for (const char* extension : {".solb", ".sol"}) {
     std::filesystem::path beside = path;
     if (!metric && std::filesystem::exists(beside.replace_extension(extension)))
@@ -158,14 +158,24 @@ BackgroundMetric<D> BackgroundMetric<D>::read(const std::filesystem::path& path)
     throw Error(ErrorCode::kFileMissing,
                 fmt::format("{}: no metric: neither a point field \"metric\" nor a .solb or .sol beside it",
                             path.string()));
-  if (metric->size() != mesh->points.size())
+  if (metric->size() != found->points.size())
     throw Error(ErrorCode::kParameter, fmt::format("{}: {} metrics for {} points", path.string(),
-                                                   metric->size(), mesh->points.size()));
-  return {*mesh, *metric};
+                                                   metric->size(), found->points.size()));
+  mesh = std::move(*found);
+  return std::move(*metric);
+}
+
+template <int D>
+BackgroundMetric<D> BackgroundMetric<D>::read(const std::filesystem::path& path) {
+  Mesh<D> mesh;
+  const std::vector<Metric<D>> metric = read_mesh_with_metric<D>(path, mesh);
+  return {mesh, metric};
 }
 
 template std::optional<std::vector<Metric<2>>> metric_field(const Mesh<2>&, const std::string&);
 template std::optional<std::vector<Metric<3>>> metric_field(const Mesh<3>&, const std::string&);
+template std::vector<Metric<2>> read_mesh_with_metric(const std::filesystem::path&, Mesh<2>&);
+template std::vector<Metric<3>> read_mesh_with_metric(const std::filesystem::path&, Mesh<3>&);
 template class BackgroundMetric<2>;
 template class BackgroundMetric<3>;
 

@@ -16,15 +16,20 @@ namespace lamina {
 template <int D>
 std::optional<std::vector<Metric<D>>> metric_field(const Mesh<D>& mesh, const std::string& name);
 
+/// A mesh file and the metric of its points: a point field "metric" (.vtu), or a .sol or .solb of the same
+/// name beside it. Errors: those of read_mesh and read_metric, kFileMissing without a metric,
+/// kFileUnsupported without cells or when the mesh is of another dimension, kParameter when the counts
+/// differ.
+template <int D>
+std::vector<Metric<D>> read_mesh_with_metric(const std::filesystem::path& path, Mesh<D>& mesh);
+
 /// Interpolated within cells as exp of the mean of the logarithms; beyond the mesh, as at its nearest point.
 template <int D>
 class BackgroundMetric : public MetricField<D> {
  public:
   /// REQUIRES one metric per point, and cells. Facets, tags and fields of the mesh are not kept.
   BackgroundMetric(const Mesh<D>& mesh, const std::vector<Metric<D>>& metric);
-  /// A mesh file with its metric: a point field "metric" (.vtu), or a .sol or .solb of the same name beside
-  /// it. Errors: those of read_mesh and read_metric, kFileMissing without a metric, kFileUnsupported when the
-  /// mesh is of another dimension, kParameter when the counts differ.
+  /// A mesh file with its metric, see read_mesh_with_metric.
   static BackgroundMetric read(const std::filesystem::path& path);
 
   [[nodiscard]] Metric<D> at(const Vec<D>& x) const override;

@@ -5,6 +5,7 @@
 
 #include "apps/cli/command.h"
 #include "apps/pipeline/detail/json.h"
+#include "core/analytic_metric.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "mesh/background.h"
@@ -14,15 +15,23 @@ namespace lamina::cli {
 namespace {
 
 struct State {
-  std::string mesh, metric;
+  std::string mesh, metric, analytic;
   int threads = 0;
   bool json = false;
 };
 
-/// A metric for the mesh, and where it came from: a file, the mesh's own field "metric", or none (Euclidean).
+/// A metric for the mesh, and where it came from: a formula, a file, the mesh's own field "metric", or none
+/// (Euclidean).
 template <int D>
 std::vector<Metric<D>> find_metric(const State& state, const Mesh<D>& mesh, std::string& origin) {
   const std::size_t n = mesh.points.size();
+  if (!state.analytic.empty()) {
+    origin = state.analytic;
+    const auto formula = make_analytic_metric<D>(state.analytic);
+    std::vector<Metric<D>> metric(n);
+    for_each_index(n, [&](std::size_t i) { metric[i] = formula->at(mesh.points[i]); });
+    return metric;
+  }
   if (!state.metric.empty()) {
     origin = state.metric;
     std::vector<Metric<D>> metric = read_metric<D>(state.metric);
@@ -81,10 +90,7 @@ int run(const State& state, const Mesh<D>& mesh) {
       json["score"].erase("unit_share");
       json["score"].erase("length");
     }
-    Json worst = Json::array();
-    for (const WorstCell& w : result.worst)
-      worst.push_back({{"cell", w.cell}, {"quality", w.quality}, {"center", to_json(w.center)}});
-    json["worst_cells"] = worst;
+    json["worst_cells"] = worst_cells_json(result);
     fmt::print("{}", json_text(json));
   } else {
     print_score(validation, result, origin);
@@ -102,9 +108,13 @@ void add_score(CLI::App& root, Commands& commands) {
       "Example:\n  lamina score wing.meshb --metric wing.solb --json");
   auto state = std::make_shared<State>();
   app->add_option("MESH", state->mesh, ".vtu .mesh .meshb")->required();
-  app->add_option("--metric", state->metric,
-                  "metric at the vertices, .sol or .solb (default: the point field \"metric\" of the mesh)")
-      ->type_name("FILE");
+  auto* file = app->add_option(
+      "--metric", state->metric,
+      "metric at the vertices, .sol or .solb (default: the point field \"metric\" of the mesh)");
+  file->type_name("FILE");
+  app->add_option("--analytic", state->analytic, "metric given by a formula; lamina adapt --help lists them")
+      ->type_name("NAME[:key=value,...]")
+      ->excludes(file);
   app->add_option("--threads", state->threads, "worker threads (default: 0, all)")
       ->type_name("N")
       ->check(CLI::Range(0, 4096));

@@ -17,6 +17,7 @@ struct Command {
 using Commands = std::vector<Command>;
 
 void add_mesh(CLI::App& root, Commands& commands);
+void add_adapt(CLI::App& root, Commands& commands);
 void add_plan(CLI::App& root, Commands& commands);
 void add_levelset(CLI::App& root, Commands& commands);
 void add_score(CLI::App& root, Commands& commands);

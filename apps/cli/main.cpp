@@ -59,6 +59,7 @@ void add_commands(CLI::App& root, Commands& commands) {
   add_mesh(root, commands);
   add_plan(root, commands);
   add_levelset(root, commands);
+  add_adapt(root, commands);
   add_score(root, commands);
   add_view(root, commands);
   add_info(root, commands);

@@ -56,6 +56,14 @@ Error renamed(const Error& e, const fs::path& staged, const fs::path& target) {
 
 }  // namespace
 
+void require_extension(const fs::path& path, const char* what, const std::vector<std::string>& known) {
+  const std::string extension = lower_extension(path);
+  if (std::find(known.begin(), known.end(), extension) != known.end()) return;
+  std::string list;
+  for (const std::string& e : known) list += (list.empty() ? "" : ", ") + e;
+  throw Error(ErrorCode::kUsage, fmt::format("{}: {} is written as {}", path.string(), what, list));
+}
+
 OutputSet::~OutputSet() {
   std::error_code ec;
   for (const Entry& entry : entries_)

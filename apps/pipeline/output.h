@@ -42,4 +42,8 @@ class OutputSet {
   std::vector<Entry> entries_;
 };
 
+/// Errors: kUsage unless the lower-case extension of `path` is one of `known`; `what` such as "a mesh".
+void require_extension(const std::filesystem::path& path, const char* what,
+                       const std::vector<std::string>& known);
+
 }  // namespace lamina

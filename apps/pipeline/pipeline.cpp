@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 
+#include "apps/pipeline/detail/adapted.h"
 #include "apps/pipeline/output.h"
 #include "apps/pipeline/picture.h"
 #include "apps/pipeline/plan.h"
@@ -40,19 +40,11 @@ fs::path resolved_case_path(const Case& c) {
   return path.replace_extension(".case.toml");
 }
 
-void require_extension(const fs::path& path, const char* what, const std::vector<std::string>& known) {
-  const std::string extension = lower_extension(path);
-  if (std::find(known.begin(), known.end(), extension) != known.end()) return;
-  std::string list;
-  for (const std::string& e : known) list += (list.empty() ? "" : ", ") + e;
-  throw Error(ErrorCode::kUsage, fmt::format("{}: {} is written as {}", path.string(), what, list));
-}
-
 /// Checks names and places of all outputs before the work starts.
 void expect_outputs(const Case& c, OutputSet& outputs) {
   const auto expect = [&](const fs::path& path) { outputs.expect(path, c.body); };
   for (const fs::path& path : c.outputs) {
-    if (!is_writable_mesh(path)) require_extension(path, "a mesh", {".vtu", ".mesh", ".meshb"});
+    require_extension(path, "a mesh", {".vtu", ".mesh", ".meshb"});
     expect(path);
   }
   if (c.metric_out) {
@@ -90,61 +82,33 @@ void add_point_fields(Mesh<3>& mesh, const WallMetric& metric, const std::vector
     return MeshField{name, components, std::vector<double>(n * static_cast<std::size_t>(components))};
   };
   MeshField phi = field("phi", 1), normal = field("N", 3), hn = field("hn", 1), ht1 = field("ht1", 1),
-            ht2 = field("ht2", 1), tensor = field("metric", 6);
+            ht2 = field("ht2", 1);
   for_each_index(
       n,
       [&](std::size_t i) {
         const WallSample s = metric.sample(mesh.points[i]);
-        const Sym<3> m = vertex_metric[i].tensor();
         phi.values[i] = s.wall.phi;
         for (int k = 0; k < 3; ++k) normal.values[3 * i + static_cast<std::size_t>(k)] = s.wall.N[k];
         hn.values[i] = s.hn;
         ht1.values[i] = s.ht1;
         ht2.values[i] = s.ht2;
-        std::copy(m.begin(), m.end(), tensor.values.begin() + static_cast<std::ptrdiff_t>(6 * i));
       },
       256);
   mesh.point_fields = {std::move(phi), std::move(normal), std::move(hn),
-                       std::move(ht1), std::move(ht2),    std::move(tensor)};
+                       std::move(ht1), std::move(ht2),    tensor_field<3>(vertex_metric)};
 }
 
 void add_cell_fields(Mesh<3>& mesh, const WallMetric& metric, const std::vector<Metric<3>>& vertex_metric) {
-  const std::size_t n = mesh.cells.size();
-  MeshField quality{"quality", 1, std::vector<double>(n)};
-  mesh.cell_tags.resize(n);
+  mesh.cell_tags.resize(mesh.cells.size());
   for_each_index(
-      n,
+      mesh.cells.size(),
       [&](std::size_t i) {
-        std::array<Vec3, 4> x;
-        std::array<const Metric<3>*, 4> m{};
-        for (std::size_t k = 0; k < 4; ++k) {
-          const auto v = static_cast<std::size_t>(mesh.cells[i][k]);
-          x[k] = mesh.points[v];
-          m[k] = &vertex_metric[v];
-        }
-        const Vec3 center = 0.25 * (x[0] + x[1] + x[2] + x[3]);
-        quality.values[i] = cell_quality<3>(x, m);
+        Vec3 center = Vec3::Zero();
+        for (const Index v : mesh.cells[i]) center += 0.25 * mesh.points[static_cast<std::size_t>(v)];
         mesh.cell_tags[i] = static_cast<Index>(metric.region(center, metric.wall().phi(center)));
       },
       256);
-  mesh.cell_fields = {std::move(quality)};
-}
-
-/// 64-bit FNV-1a over the words of coordinates and indices, in order.
-std::uint64_t hash_of(const Mesh<3>& mesh) {
-  std::uint64_t h = 1469598103934665603ull;
-  const auto add = [&h](std::uint64_t word) { h = ((h ^ word) * 1099511628211ull) ^ (h >> 29); };
-  for (const Vec3& x : mesh.points) {
-    for (int k = 0; k < 3; ++k) {
-      std::uint64_t bits = 0;
-      const double value = x[k];
-      std::memcpy(&bits, &value, sizeof bits);
-      add(bits);
-    }
-  }
-  for (const auto& cell : mesh.cells)
-    for (const Index v : cell) add(static_cast<std::uint64_t>(v));
-  return h;
+  mesh.cell_fields = {quality_field<3>(mesh, vertex_metric)};
 }
 
 /// What the parts of the run have to say, beyond what the steps themselves put into the report.
@@ -164,7 +128,7 @@ void finish_report(Report& report, const Body& body, const Mesh<3>& mesh, const 
   for (const Index tag : mesh.cell_tags) ++report.region_cells[static_cast<std::size_t>(tag)];
   for (const WorstCell& w : report.score.worst)
     report.worst_regions.push_back(static_cast<Region>(mesh.cell_tags[static_cast<std::size_t>(w.cell)]));
-  report.mesh_hash = hash_of(mesh);
+  report.mesh_hash = mesh_hash(mesh);
 }
 
 /// Errors: kParameter when no mesh could hold so many cells.
@@ -186,15 +150,6 @@ AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
   for (const SizedBox& b : r.sizes.boxes) options.end_size = std::min(options.end_size, b.size);
   if (body.user) options.end_size = std::min(options.end_size, body.user->smallest());
   return options;
-}
-
-/// Throws unless the mesh is what it claims to be: such a mesh is a defect of Lamina and is never written.
-Validation check_mesh(const Mesh<3>& mesh, const Box<3>& domain) {
-  const Validation validation = validate<3>(mesh, domain);
-  if (!validation.ok())
-    throw Error(ErrorCode::kMeshInvalid,
-                fmt::format("the adapted mesh is not valid and was not written: {}", validation.summary()));
-  return validation;
 }
 
 void write_picture(const fs::path& path, const Mesh<3>& mesh, const ResolvedCase& r) {
@@ -342,7 +297,7 @@ Report run_case(const Case& c, Progress* progress) {
   stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
 
   stages.stage("check");
-  report.validation = check_mesh(mesh, r.sizes.domain);
+  report.validation = require_valid<3>(mesh, r.sizes.domain);
   report.score = score<3>(mesh, vertex_metric);
   stages.done(fmt::format("valid, {:.1f} % unit edges, worst quality {:.3g}", 100.0 * report.score.unit_share,
                           report.score.quality_min));

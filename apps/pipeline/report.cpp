@@ -27,49 +27,9 @@ Json cells_json(const Report& r) {
 }
 
 Json worst_json(const Report& r) {
-  Json out = Json::array();
-  for (std::size_t i = 0; i < r.score.worst.size(); ++i) {
-    const WorstCell& w = r.score.worst[i];
-    Json entry = {{"cell", w.cell}, {"quality", w.quality}, {"center", to_json(w.center)}};
-    if (i < r.worst_regions.size())
-      entry["region"] = kRegionNames[static_cast<std::size_t>(r.worst_regions[i])];
-    out.push_back(std::move(entry));
-  }
-  return out;
-}
-
-Json homotopy_json(const AdaptSummary& adapt) {
-  Json out = Json::array();
-  for (const AdaptStep& s : adapt.steps)
-    out.push_back({{"size_floor", s.size_floor},
-                   {"cells", s.cells},
-                   {"points", s.points},
-                   {"unit_share", s.unit_share},
-                   {"quality_min", s.quality_min},
-                   {"quality_mean", s.quality_mean},
-                   {"seconds", s.seconds}});
-  return out;
-}
-
-Json operators_json(const AdaptSummary& adapt) {
-  Json out = Json::array();
-  for (const OperatorStats& o : adapt.operators)
-    out.push_back({{"name", o.name},
-                   {"tried", o.tried},
-                   {"accepted", o.accepted},
-                   {"rejected_quality", o.rejected_quality},
-                   {"rejected_length", o.rejected_length},
-                   {"rejected_class", o.rejected_class}});
-  return out;
-}
-
-Json stages_json(const Report& r) {
-  Json out = Json::array();
-  for (const StageCost& s : r.stages)
-    out.push_back({{"name", s.name},
-                   {"wall_seconds", s.wall_seconds},
-                   {"cpu_seconds", s.cpu_seconds},
-                   {"peak_bytes", s.peak_bytes}});
+  Json out = worst_cells_json(r.score);
+  for (std::size_t i = 0; i < std::min(out.size(), r.worst_regions.size()); ++i)
+    out[i]["region"] = kRegionNames[static_cast<std::size_t>(r.worst_regions[i])];
   return out;
 }
 
@@ -136,7 +96,7 @@ std::string report_json(const Report& r) {
       {"homotopy", homotopy_json(r.adapt)},
       {"operators", operators_json(r.adapt)},
       {"stopped_because", r.adapt.stopped_because},
-      {"stages", stages_json(r)},
+      {"stages", stages_json(r.stages)},
       {"wall_seconds", total(r, [](const StageCost& s) { return s.wall_seconds; })},
       {"cpu_seconds", total(r, [](const StageCost& s) { return s.cpu_seconds; })},
       {"peak_bytes", peak(r)},

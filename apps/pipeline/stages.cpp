@@ -17,16 +17,24 @@ void reset_peak() {
   }
 }
 
+rusage own_usage() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage;
+}
+
+double seconds(const timeval& t) {
+  return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+}
+
 }  // namespace
 
 double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
+  const rusage usage = own_usage();
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
+
+double user_seconds() { return seconds(own_usage().ru_utime); }
 
 double peak_resident_bytes() {
   double bytes = 0.0;

@@ -49,6 +49,8 @@ class StageRecorder : public Progress {
 
 /// User + system seconds of the process so far.
 double cpu_seconds();
+/// The user part alone.
+double user_seconds();
 /// Largest resident set of the process since it was last reset, bytes; 0 where the system does not say.
 double peak_resident_bytes();
 

@@ -9,11 +9,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <span>
 
 #include "core/parallel.h"
 #include "mesh/adapt/blocks.h"
+#include "mesh/adapt/boundary.h"
 #include "mesh/adapt/operators.h"
 
 namespace lamina {
@@ -23,99 +23,6 @@ using namespace adapt_detail;  // NOLINT: this file is the face of that namespac
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-template <int D>
-Vec<D> facet_normal(const Mesh<D>& mesh, const std::array<Index, D>& f) {
-  if constexpr (D == 2) {
-    const Vec2 e = mesh.points[f[1]] - mesh.points[f[0]];
-    return Vec2(e[1], -e[0]).normalized();
-  } else {
-    const Vec3 n = (mesh.points[f[1]] - mesh.points[f[0]]).cross(mesh.points[f[2]] - mesh.points[f[0]]);
-    return n.normalized();
-  }
-}
-
-// Boundary tags of the input, renumbered 1, 2, ... in ascending order, and back.
-struct TagMap {
-  std::map<Index, int> to_bit;
-  std::vector<Index> to_input{0};
-};
-
-template <int D>
-TagMap map_tags(const Mesh<D>& mesh, GlobalMesh<D>& global) {
-  constexpr int kMaxTags = 31;
-  TagMap tags;
-  for (std::size_t f = 0; f < mesh.facets.size(); ++f) tags.to_bit[mesh.facet_tags[f]] = 0;
-  if (tags.to_bit.size() > kMaxTags)
-    throw Error(ErrorCode::kAdapt,
-                fmt::format("the mesh has {} boundary tags; at most {} planes are supported",
-                            tags.to_bit.size(), kMaxTags));
-  for (auto& [input, bit] : tags.to_bit) {
-    bit = static_cast<int>(tags.to_input.size());
-    tags.to_input.push_back(input);
-  }
-  global.normals.fill(Vec<D>::Zero());
-  for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
-    Vec<D>& normal = global.normals[tags.to_bit[mesh.facet_tags[f]]];
-    const Vec<D> n = facet_normal<D>(mesh, mesh.facets[f]);
-    constexpr double kFlat = 1e-9;
-    if (normal.isZero()) {
-      normal = n;
-    } else if ((normal - n).norm() > kFlat) {
-      throw Error(ErrorCode::kAdapt,
-                  fmt::format("boundary tag {} is not flat: give every plane of the boundary its own tag",
-                              mesh.facet_tags[f]));
-    }
-  }
-  return tags;
-}
-
-template <int D>
-GlobalMesh<D> import_mesh(const Mesh<D>& mesh, TagMap& tags) {
-  if (mesh.cells.empty()) throw Error(ErrorCode::kAdapt, "the mesh has no cells");
-  if (mesh.facet_tags.size() != mesh.facets.size())
-    throw Error(ErrorCode::kAdapt, "the mesh lists no tags for its boundary facets");
-  GlobalMesh<D> global;
-  tags = map_tags(mesh, global);
-  global.x = mesh.points;
-  global.cells = mesh.cells;
-  global.tags.assign(mesh.points.size(), 0);
-  std::map<std::array<Index, D>, int> listed;
-  for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
-    auto key = mesh.facets[f];
-    for (const Index v : key) global.tags[v] |= tag_bit(tags.to_bit[mesh.facet_tags[f]]);
-    std::sort(key.begin(), key.end());
-    listed[key] = tags.to_bit[mesh.facet_tags[f]];
-  }
-  global.facet_tags.resize(mesh.cells.size());
-  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
-    for (int i = 0; i <= D; ++i) {
-      std::array<Index, D> key;
-      for (int k = 0; k < D; ++k) key[k] = mesh.cells[c][kCellFacets<D>[i][k]];
-      std::sort(key.begin(), key.end());
-      const auto found = listed.find(key);
-      global.facet_tags[c][i] = found == listed.end() ? 0 : static_cast<std::uint8_t>(found->second);
-    }
-  }
-  for (const Vec<D>& x : global.x) global.bounds.extend(x);
-  return global;
-}
-
-template <int D>
-void export_mesh(const GlobalMesh<D>& global, const TagMap& tags, Mesh<D>& mesh) {
-  mesh = Mesh<D>{};
-  mesh.points = global.x;
-  mesh.cells = global.cells;
-  for (std::size_t c = 0; c < global.cells.size(); ++c) {
-    for (int i = 0; i <= D; ++i) {
-      if (global.facet_tags[c][i] == 0) continue;
-      std::array<Index, D> f;
-      for (int k = 0; k < D; ++k) f[k] = global.cells[c][kCellFacets<D>[i][k]];
-      mesh.facets.push_back(f);
-      mesh.facet_tags.push_back(tags.to_input[global.facet_tags[c][i]]);
-    }
-  }
 }
 
 template <int D>
@@ -285,7 +192,7 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
     summary.operators.emplace_back();
     summary.operators.back().name = name;
   }
-  TagMap tags;
+  BoundaryTags tags;
   GlobalMesh<D> global = import_mesh(mesh, tags);
   std::vector<double> floors;
   for (double s = options.start_size > 0.0 ? options.start_size : longest_edge(global); s > options.end_size;

@@ -4,7 +4,7 @@ import json
 import support
 from support import BAD_INPUT, COARSE, Case, lamina, read_json, write_stl
 
-COMMANDS = ("mesh", "plan", "levelset", "score", "view", "info", "sample", "convert", "bench")
+COMMANDS = ("mesh", "plan", "levelset", "adapt", "score", "view", "info", "sample", "convert", "bench")
 
 
 def box(lo, hi):

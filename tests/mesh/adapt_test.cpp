@@ -12,6 +12,7 @@
 #include "mesh/score.h"
 #include "mesh/seed.h"
 #include "mesh/validate.h"
+#include "tests/mesh/lattice.h"
 
 namespace lamina {
 namespace {
@@ -157,10 +158,61 @@ TYPED_TEST(Adapt, BoundaryTagsSurvive) {
   }
 }
 
-TYPED_TEST(Adapt, RefusesABoundaryThatIsNotFlat) {
+// One tag all around: the flat pieces are told apart by their planes, and the tag comes back.
+TYPED_TEST(Adapt, FindsTheFlatPiecesOfATag) {
+  constexpr int D = TypeParam::value;
+  for (const bool listed : {true, false}) {
+    Mesh<D> mesh = make_seed<D>(unit_box<D>(), 0.5, SeedKind::kLattice);
+    for (Index& t : mesh.facet_tags) t = 7;
+    mesh.cell_tags.assign(mesh.cells.size(), 3);
+    if (!listed) {
+      mesh.facets.clear();
+      mesh.facet_tags.clear();
+    }
+    std::vector<Metric<D>> metric;
+    AdaptOptions options;
+    options.end_size = 0.05;
+    adapt<D>(mesh, TiltedPlane<D>(0.05, 0.2), metric, options);
+    const auto v = validate<D>(mesh, unit_box<D>());
+    EXPECT_TRUE(v.ok()) << v.summary();
+    ASSERT_EQ(mesh.facets.size(), static_cast<std::size_t>(v.boundary_facets));
+    ASSERT_EQ(mesh.facet_tags.size(), mesh.facets.size());
+    EXPECT_EQ(mesh.cell_tags, std::vector<Index>(mesh.cells.size(), 3));
+    for (const Index t : mesh.facet_tags) {
+      EXPECT_GE(t, listed ? 7 : 1);
+      EXPECT_LE(t, listed ? 7 : 2 * D);
+    }
+  }
+}
+
+TYPED_TEST(Adapt, RefusesACurvedBoundary) {
+  constexpr int D = TypeParam::value;
+  Mesh<D> mesh = lattice<D>(10);
+  for (Vec<D>& x : mesh.points) {
+    const Vec<D> y = x - Vec<D>::Constant(0.5);
+    x += 0.3 * y.squaredNorm() * y;
+  }
+  std::vector<Metric<D>> metric;
+  try {
+    adapt<D>(mesh, Uniform<D>(0.5), metric, AdaptOptions{});
+    FAIL() << "accepted";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::kAdapt);
+    EXPECT_NE(std::string(e.what()).find("curved"), std::string::npos) << e.what();
+  }
+}
+
+TYPED_TEST(Adapt, RefusesTaggedFacetsWithin) {
   constexpr int D = TypeParam::value;
   Mesh<D> mesh = make_seed<D>(unit_box<D>(), 0.5, SeedKind::kLattice);
-  for (Index& t : mesh.facet_tags) t = 1;
+  const Validation before = validate<D>(mesh);
+  for (const auto& cell : mesh.cells) {  // every facet of every cell: most of them lie within
+    std::array<Index, D> f;
+    for (int k = 0; k < D; ++k) f[k] = cell[kCellFacets<D>[0][k]];
+    mesh.facets.push_back(f);
+    mesh.facet_tags.push_back(99);
+  }
+  ASSERT_GT(static_cast<std::int64_t>(mesh.facets.size()), before.boundary_facets);
   std::vector<Metric<D>> metric;
   EXPECT_THROW(adapt<D>(mesh, Uniform<D>(0.5), metric, AdaptOptions{}), Error);
 }

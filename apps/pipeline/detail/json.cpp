@@ -133,6 +133,48 @@ Json to_json(const Case& c) {
   return out;
 }
 
+Json worst_cells_json(const Score& score) {
+  Json out = Json::array();
+  for (const WorstCell& w : score.worst)
+    out.push_back({{"cell", w.cell}, {"quality", w.quality}, {"center", to_json(w.center)}});
+  return out;
+}
+
+Json homotopy_json(const AdaptSummary& adapt) {
+  Json out = Json::array();
+  for (const AdaptStep& s : adapt.steps)
+    out.push_back({{"size_floor", s.size_floor},
+                   {"cells", s.cells},
+                   {"points", s.points},
+                   {"unit_share", s.unit_share},
+                   {"quality_min", s.quality_min},
+                   {"quality_mean", s.quality_mean},
+                   {"seconds", s.seconds}});
+  return out;
+}
+
+Json operators_json(const AdaptSummary& adapt) {
+  Json out = Json::array();
+  for (const OperatorStats& o : adapt.operators)
+    out.push_back({{"name", o.name},
+                   {"tried", o.tried},
+                   {"accepted", o.accepted},
+                   {"rejected_quality", o.rejected_quality},
+                   {"rejected_length", o.rejected_length},
+                   {"rejected_class", o.rejected_class}});
+  return out;
+}
+
+Json stages_json(const std::vector<StageCost>& stages) {
+  Json out = Json::array();
+  for (const StageCost& s : stages)
+    out.push_back({{"name", s.name},
+                   {"wall_seconds", s.wall_seconds},
+                   {"cpu_seconds", s.cpu_seconds},
+                   {"peak_bytes", s.peak_bytes}});
+  return out;
+}
+
 std::string json_text(const Json& json) {
   return json.dump(2, ' ', false, nlohmann::detail::error_handler_t::replace) + "\n";
 }

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/pipeline/case.h"
+#include "apps/pipeline/stages.h"
+#include "mesh/adapt.h"
 #include "mesh/score.h"
 #include "mesh/validate.h"
 #include "vdb/inspect.h"
@@ -24,6 +26,11 @@ Json to_json(const LevelSetReport& level_set);
 Json to_json(const BoundaryLayer& layer);
 /// Tables and keys as in the case file.
 Json to_json(const Case& c);
+/// Cells of Score::worst, in its order.
+Json worst_cells_json(const Score& score);
+Json homotopy_json(const AdaptSummary& adapt);
+Json operators_json(const AdaptSummary& adapt);
+Json stages_json(const std::vector<StageCost>& stages);
 
 /// Indented text that survives names which are not UTF-8.
 std::string json_text(const Json& json);

@@ -1,0 +1,105 @@
+// `lamina adapt MESH`: any mesh, made unit in a metric from a formula or a file.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/command.h"
+#include "apps/cli/terminal.h"
+#include "apps/pipeline/adaptation.h"
+#include "core/analytic_metric.h"
+
+namespace lamina::cli {
+namespace {
+
+struct State {
+  Adaptation adaptation;
+  std::string metric_out, report;
+  bool quiet = false, verbose = false;
+};
+
+void add_metric_options(CLI::App& app, Adaptation& a) {
+  const char* group = "Metric";
+  auto* analytic =
+      app.add_option("--analytic", a.analytic,
+                     "a metric given by a formula, evaluated wherever a vertex goes; listed below");
+  analytic->type_name("NAME[:key=value,...]")->group(group);
+  app.add_option("--metric", a.metric,
+                 "a metric at vertices, interpolated: .sol or .solb of MESH, or another mesh with its metric "
+                 "(.vtu with point data \"metric\", or .mesh, .meshb with a .sol, .solb of the same name) "
+                 "(default: the metric of MESH)")
+      ->type_name("FILE")
+      ->group(group)
+      ->excludes(analytic);
+  app.add_option("--hmin", a.h_min, "no size is smaller (unit: that of MESH; > 0; default: no bound)")
+      ->type_name("X")
+      ->group(group);
+  app.add_option("--hmax", a.h_max, "no size is larger (unit: that of MESH; > 0; default: no bound)")
+      ->type_name("X")
+      ->group(group);
+  app.add_option("--complexity", a.complexity,
+                 "scales all sizes, within --hmin and --hmax, until the integral of sqrt(det M) is N; a mesh "
+                 "has about 12 N cells in 3D, 2.3 N in 2D (default: sizes as given)")
+      ->type_name("N")
+      ->group(group);
+}
+
+void add_other_options(CLI::App& app, State& s) {
+  Adaptation& a = s.adaptation;
+  app.add_option("-o,--out", a.outputs, "mesh to write: .vtu, .mesh or .meshb; may be repeated")
+      ->type_name("FILE")
+      ->group("Output")
+      ->type_size(1)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  app.add_option("--metric-out", s.metric_out, "metric at the vertices to write: .sol or .solb")
+      ->type_name("FILE")
+      ->group("Output");
+  app.add_option("--report", s.report, "report to write: .json")->type_name("FILE")->group("Output");
+  app.add_option("--quality-floor", a.quality_floor,
+                 fmt::format("quality (mean ratio, 1 is best) below which no operation may bring a cell "
+                             "(0 to 0.5; default: {:g})",
+                             a.quality_floor))
+      ->type_name("X")
+      ->check(CLI::Range(0.0, 0.5));
+  app.add_option("--threads", a.threads,
+                 "worker threads; 0: all of the machine's. The mesh does not depend on it (default: 0)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 4096));
+  auto* quiet = app.add_flag("-q,--quiet", s.quiet, "no progress and no warnings on stderr");
+  app.add_flag("-v,--verbose", s.verbose, "more progress on stderr")->excludes(quiet);
+}
+
+int run(State& s) {
+  Adaptation a = s.adaptation;
+  if (!s.metric_out.empty()) a.metric_out = s.metric_out;
+  if (!s.report.empty()) a.report = s.report;
+  Terminal terminal(s.quiet ? Verbosity::kQuiet : s.verbose ? Verbosity::kVerbose : Verbosity::kNormal);
+  const AdaptationReport report = run_adaptation(a, &terminal);
+  fmt::print("{}", adaptation_table(report));
+  for (const std::string& line : report.missed) fmt::print(stderr, "lamina: missed: {}\n", line);
+  return report.missed.empty() ? kDone : kMissed;
+}
+
+}  // namespace
+
+void add_adapt(CLI::App& root, Commands& commands) {
+  CLI::App* app = root.add_subcommand("adapt", "Adapt any mesh of triangles or tetrahedra to a metric");
+  app->footer(
+      "The boundary must consist of flat pieces; their edges, corners and tags are kept.\n"
+      "Metrics for --analytic, with their keys and defaults:\n" +
+      analytic_list() +
+      "Examples:\n"
+      "  lamina adapt coarse.meshb --metric wanted.sol -o fine.meshb --metric-out fine.sol\n"
+      "  lamina adapt --analytic tilted-plane:hmin=1e-3 -o plane.vtu\n"
+      "Exit codes: 0 done; 1 internal failure; 2 bad input; 3 mesh written, but a wanted property was "
+      "missed.");
+  auto state = std::make_shared<State>();
+  app->add_option(
+      "MESH", state->adaptation.mesh,
+      ".vtu .mesh .meshb (default: with --analytic, a lattice in the box the metric is defined on)");
+  add_metric_options(*app, state->adaptation);
+  add_other_options(*app, *state);
+  commands.push_back({app, [state] { return run(*state); }});
+}
+
+}  // namespace lamina::cli

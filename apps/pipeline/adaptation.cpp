@@ -1,0 +1,400 @@
+// The list of steps is in `adapt_mesh`; both kinds of metric end up as an AdaptMetric with sizes limited and
+// scaled.
+#include "apps/pipeline/adaptation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+#include "apps/pipeline/detail/adapted.h"
+#include "apps/pipeline/detail/json.h"
+#include "apps/pipeline/detail/metric_family.h"
+#include "apps/pipeline/output.h"
+#include "apps/pipeline/report.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/parallel.h"
+#include "core/predicates.h"
+#include "core/words.h"
+#include "mesh/complexity.h"
+#include "mesh/io.h"
+#include "mesh/seed.h"
+
+namespace lamina {
+namespace {
+
+namespace fs = std::filesystem;
+
+void check(const Adaptation& a) {
+  const auto positive = [](double value, const char* option) {
+    if (!(value >= 0.0) || !std::isfinite(value))
+      throw Error(ErrorCode::kParameter, fmt::format("{} = {:g} must be positive", option, value));
+  };
+  positive(a.h_min, "--hmin");
+  positive(a.h_max, "--hmax");
+  positive(a.complexity, "--complexity");
+  if (a.h_max > 0.0 && a.h_max < a.h_min)
+    throw Error(ErrorCode::kParameter, fmt::format("--hmax = {:g} is below --hmin = {:g}", a.h_max, a.h_min));
+  if (!(a.quality_floor >= 0.0 && a.quality_floor <= 0.5))
+    throw Error(ErrorCode::kParameter,
+                fmt::format("--quality-floor = {:g} must be in [0, 0.5]", a.quality_floor));
+  if (!a.analytic.empty() && !a.metric.empty())
+    throw Error(ErrorCode::kUsage, "both --analytic and --metric are given: one metric is enough");
+  if (a.mesh.empty() && a.analytic.empty())
+    throw Error(ErrorCode::kUsage,
+                "no mesh is given: name a .vtu, .mesh or .meshb file, or a metric with --analytic");
+  if (a.outputs.empty())
+    throw Error(ErrorCode::kUsage, "no output is given: name a mesh file with -o FILE.meshb");
+}
+
+void expect_outputs(const Adaptation& a, OutputSet& outputs) {
+  for (const fs::path& path : a.outputs) {
+    require_extension(path, "a mesh", {".vtu", ".mesh", ".meshb"});
+    outputs.expect(path, a.mesh);
+  }
+  if (a.metric_out) {
+    require_extension(*a.metric_out, "a metric", {".sol", ".solb"});
+    outputs.expect(*a.metric_out, a.metric);
+  }
+  if (a.report) outputs.expect(*a.report, a.mesh);
+}
+
+/// The mesh as the optimizer wants it: positive cells, no loose points. Throws kAdapt where that is not
+/// enough.
+template <int D>
+void make_ready(Mesh<D>& mesh, const std::string& name, Progress& progress) {
+  Validation found = validate<D>(mesh);
+  if (found.bad_indices > 0) throw Error(ErrorCode::kAdapt, fmt::format("{}: {}", name, found.summary()));
+  std::int64_t turned = 0;
+  if (found.nonpositive_cells > 0) {
+    for (auto& cell : mesh.cells) {
+      std::array<Vec<D>, D + 1> x;
+      for (std::size_t k = 0; k <= D; ++k) x[k] = mesh.points[static_cast<std::size_t>(cell[k])];
+      if (orient<D>(x) >= 0.0) continue;
+      std::swap(cell[0], cell[1]);
+      ++turned;
+    }
+    progress.warn(
+        fmt::format("{}: {} turned", name, counted(turned, "inverted cell was", "inverted cells were")));
+  }
+  if (found.unused_points > 0) {
+    std::vector<Index> number(mesh.points.size(), kNone);
+    for (const auto& cell : mesh.cells)
+      for (const Index v : cell) number[static_cast<std::size_t>(v)] = 0;
+    std::vector<Vec<D>> kept;
+    for (std::size_t i = 0; i < number.size(); ++i) {
+      if (number[i] == kNone) continue;
+      number[i] = static_cast<Index>(kept.size());
+      kept.push_back(mesh.points[i]);
+    }
+    for (auto& cell : mesh.cells)
+      for (Index& v : cell) v = number[static_cast<std::size_t>(v)];
+    for (auto& facet : mesh.facets)
+      for (Index& v : facet) v = number[static_cast<std::size_t>(v)];
+    mesh.points = std::move(kept);
+    progress.warn(
+        fmt::format("{}: {} dropped", name,
+                    counted(found.unused_points, "point without a cell was", "points without a cell were")));
+  }
+  found = validate<D>(mesh);
+  if (!found.ok())
+    throw Error(ErrorCode::kAdapt, fmt::format("{}: cannot be adapted: {}", name, found.summary()));
+  if (std::adjacent_find(mesh.cell_tags.begin(), mesh.cell_tags.end(), std::not_equal_to<>()) !=
+      mesh.cell_tags.end())
+    progress.warn(fmt::format("{}: the tags of its cells are dropped: regions are not kept apart", name));
+}
+
+/// The metric that was asked for: as a family, with its smallest size. One of `formula` and `background` is
+/// set.
+template <int D>
+struct Wanted {
+  std::unique_ptr<const AnalyticMetric<D>> formula;
+  std::unique_ptr<const BackgroundMetric<D>> background;
+  SizeLimits limits;
+  double smallest = 0.0;
+
+  [[nodiscard]] std::unique_ptr<const AdaptMetric<D>> family() const {
+    if (formula) return std::make_unique<AnalyticFamily<D>>(*formula, limits);
+    return std::make_unique<BackgroundFamily<D>>(*background);
+  }
+};
+
+/// Multiplies the scale until measure(limits) is what was asked for; the last measure is given back.
+template <class Measure>
+double fit_complexity(const Adaptation& a, int dimension, SizeLimits& limits, Measure&& measure) {
+  constexpr double kClose = 2e-3;
+  constexpr int kMostTries = 30;
+  double reached = 0.0;
+  for (int i = 0; i < kMostTries; ++i) {
+    reached = measure(limits);
+    if (std::abs(reached / a.complexity - 1.0) <= kClose) return reached;
+    limits.scale *= std::pow(reached / a.complexity, 1.0 / dimension);
+  }
+  throw Error(
+      ErrorCode::kParameter,
+      fmt::format("--complexity = {:g} is out of reach within --hmin and --hmax: {:.4g} is the nearest",
+                  a.complexity, reached));
+}
+
+SizeLimits limits_of(const Adaptation& a) {
+  SizeLimits limits;
+  limits.h_min = a.h_min;
+  if (a.h_max > 0.0) limits.h_max = a.h_max;
+  return limits;
+}
+
+template <int D>
+Wanted<D> analytic_metric(const Adaptation& a, const Mesh<D>& mesh, Progress& progress) {
+  Wanted<D> w;
+  w.formula = make_analytic_metric<D>(a.analytic);
+  w.limits = limits_of(a);
+  if (a.complexity > 0.0)
+    fit_complexity(a, D, w.limits, [&](const SizeLimits& limits) {
+      progress.check_cancelled();
+      const AnalyticFamily<D> family(*w.formula, limits);
+      return estimate_complexity<D>(mesh, [&](const Vec<D>& x) { return family.at(x, 0.0); });
+    });
+  w.smallest = w.limits.of(w.formula->smallest());
+  return w;
+}
+
+/// The complexity of a formula was estimated before there was a mesh to measure it on; now there is one, and
+/// the scale is corrected until it is within a percent. Such steps are small, so none of them needs the way
+/// from coarse to fine.
+template <int D>
+void correct_complexity(const Adaptation& a, AdaptOptions options, Wanted<D>& wanted, Mesh<D>& mesh,
+                        std::vector<Metric<D>>& metric, Progress& progress) {
+  constexpr double kClose = 1e-2;
+  constexpr int kMostRounds = 4;
+  for (int i = 0; i < kMostRounds; ++i) {
+    const double ratio = score<D>(mesh, metric).complexity / a.complexity;
+    if (std::abs(ratio - 1.0) <= kClose) return;
+    wanted.limits.scale *= std::pow(ratio, 1.0 / D);
+    wanted.smallest = wanted.limits.of(wanted.formula->smallest());
+    options.start_size = options.end_size = wanted.smallest;
+    adapt<D>(mesh, *wanted.family(), metric, options, &progress);
+  }
+}
+
+/// The mesh that carries the metric of a file, and the metric of its points.
+template <int D>
+std::vector<Metric<D>> stored_metric(const Adaptation& a, const Mesh<D>& mesh, Mesh<D>& carrier) {
+  const std::string extension = lower_extension(a.metric);
+  if (extension == ".sol" || extension == ".solb") {
+    std::vector<Metric<D>> metric = read_metric<D>(a.metric);
+    if (metric.size() != mesh.points.size())
+      throw Error(ErrorCode::kParameter,
+                  fmt::format("{}: holds {} tensors, but {} has {} points", a.metric.string(), metric.size(),
+                              a.mesh.string(), mesh.points.size()));
+    carrier = mesh;
+    return metric;
+  }
+  return read_mesh_with_metric<D>(a.metric.empty() ? a.mesh : a.metric, carrier);
+}
+
+template <int D>
+Wanted<D> file_metric(const Adaptation& a, const Mesh<D>& mesh, Progress& progress) {
+  Wanted<D> w;
+  Mesh<D> carrier;
+  const std::vector<Metric<D>> given = stored_metric<D>(a, mesh, carrier);
+  w.limits = limits_of(a);
+  std::vector<Metric<D>> metric(given.size());
+  const auto apply = [&](const SizeLimits& limits) {
+    progress.check_cancelled();
+    for_each_index(given.size(), [&](std::size_t i) { metric[i] = limited<D>(given[i], limits); });
+    return score<D>(carrier, metric).complexity;
+  };
+  if (a.complexity > 0.0)
+    fit_complexity(a, D, w.limits, apply);
+  else
+    apply(w.limits);
+  w.background = std::make_unique<const BackgroundMetric<D>>(carrier, metric);
+  w.smallest = w.background->smallest();
+  return w;
+}
+
+template <int D>
+void write_results(const Adaptation& a, Mesh<D>& mesh, const std::vector<Metric<D>>& metric,
+                   OutputSet& outputs, const Progress& progress) {
+  mesh.point_fields = {tensor_field<D>(metric)};
+  mesh.cell_fields = {quality_field<D>(mesh, metric)};
+  for (const fs::path& path : a.outputs) {
+    outputs.write(path, [&](const fs::path& p) { write_mesh<D>(p, mesh); });
+    progress.check_cancelled();
+  }
+  if (a.metric_out) outputs.write(*a.metric_out, [&](const fs::path& p) { write_metric<D>(p, metric); });
+}
+
+template <int D>
+void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRecorder& stages,
+                AdaptationReport& report) {
+  const std::string name = a.mesh.empty() ? a.analytic : a.mesh.string();
+  report.dimension = D;
+  report.points_before = static_cast<std::int64_t>(mesh.points.size());
+  report.cells_before = static_cast<std::int64_t>(mesh.cells.size());
+  if (mesh.cells.empty())
+    throw Error(ErrorCode::kFileUnsupported, fmt::format("{}: the mesh has no cells", name));
+
+  stages.stage("metric");
+  std::optional<Wanted<D>> wanted;
+  if (a.analytic.empty()) wanted = file_metric<D>(a, mesh, stages);
+  make_ready<D>(mesh, name, stages);
+  if (!wanted) wanted = analytic_metric<D>(a, mesh, stages);
+  stages.done(fmt::format("smallest size {:.4g}", wanted->smallest));
+
+  stages.stage("adapt");
+  std::vector<Metric<D>> metric;
+  AdaptOptions options;
+  options.quality_floor = a.quality_floor;
+  options.end_size = wanted->smallest;
+  report.adapt = adapt<D>(mesh, *wanted->family(), metric, options, &stages);
+  if (wanted->formula && a.complexity > 0.0) correct_complexity<D>(a, options, *wanted, mesh, metric, stages);
+  report.scale = wanted->limits.scale;
+  stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
+
+  stages.stage("check");
+  report.validation = require_valid<D>(mesh);
+  report.score = score<D>(mesh, metric);
+  stages.done(fmt::format("valid, {:.1f} % unit edges, worst quality {:.3g}", 100.0 * report.score.unit_share,
+                          report.score.quality_min));
+
+  stages.stage("write");
+  write_results<D>(a, mesh, metric, outputs, stages);
+  stages.done(fmt::format("{} files", outputs.targets().size()));
+  report.points = static_cast<std::int64_t>(mesh.points.size());
+  report.cells = static_cast<std::int64_t>(mesh.cells.size());
+  report.facets = static_cast<std::int64_t>(mesh.facets.size());
+  report.mesh_hash = mesh_hash(mesh);
+}
+
+/// The start of a benchmark. A metric of any dimension starts in 3D.
+AnyMesh start_mesh(const std::string& analytic) {
+  const auto lattice = [&]<int D>() {
+    const auto metric = make_analytic_metric<D>(analytic);
+    return AnyMesh(make_seed<D>(metric->domain(), metric->start_size(), SeedKind::kLattice));
+  };
+  return analytic_dimension(analytic) == 2 ? lattice.template operator()<2>()
+                                           : lattice.template operator()<3>();
+}
+
+/// An unknown or malformed formula is told before any file is read.
+void check_formula(const std::string& analytic) {
+  if (analytic.empty()) return;
+  if (analytic_dimension(analytic) == 2)
+    make_analytic_metric<2>(analytic);
+  else
+    make_analytic_metric<3>(analytic);
+}
+
+template <class Value>
+double total(const AdaptationReport& r, Value value) {
+  return std::accumulate(r.stages.begin(), r.stages.end(), 0.0,
+                         [&](double sum, const StageCost& s) { return sum + value(s); });
+}
+
+double peak(const AdaptationReport& r) {
+  double bytes = 0.0;
+  for (const StageCost& s : r.stages) bytes = std::max(bytes, s.peak_bytes);
+  return bytes;
+}
+
+Json given(double value) { return value > 0.0 ? Json(value) : Json(); }
+Json given(const std::string& value) { return value.empty() ? Json() : Json(value); }
+
+}  // namespace
+
+AdaptationReport run_adaptation(const Adaptation& a, Progress* progress) {
+  const ThreadLimit limit(a.threads);
+  check(a);
+  check_formula(a.analytic);
+  StageRecorder stages(progress);
+  OutputSet outputs;
+  expect_outputs(a, outputs);
+  AdaptationReport report;
+  report.adaptation = a;
+  report.threads = a.threads > 0 ? a.threads : hardware_threads();
+
+  stages.stage("read");
+  AnyMesh any = a.mesh.empty() ? start_mesh(a.analytic) : read_mesh(a.mesh);
+  stages.done(std::visit(
+      [](const auto& mesh) {
+        return fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size());
+      },
+      any));
+  std::visit([&](auto& mesh) { adapt_mesh(a, mesh, outputs, stages, report); }, any);
+
+  report.stages = stages.costs();
+  report.warnings = stages.warnings();
+  report.missed = missed_properties(report.score);
+  constexpr double kCloseEnough = 0.1;  // files are interpolated: the mesh does not see all of their metric
+  if (a.complexity > 0.0 && std::abs(report.score.complexity / a.complexity - 1.0) > kCloseEnough)
+    report.missed.push_back(
+        fmt::format("complexity: {:.4g}, wanted {:.4g}", report.score.complexity, a.complexity));
+  report.files = outputs.targets();
+  if (a.report) outputs.write_text(*a.report, adaptation_json(report));
+  stages.check_cancelled();
+  outputs.commit();
+  return report;
+}
+
+std::string adaptation_json(const AdaptationReport& r) {
+  const Adaptation& a = r.adaptation;
+  Json files = Json::array();
+  for (const auto& file : r.files) files.push_back(file.string());
+  return json_text({
+      {"lamina", version()},
+      {"dimension", r.dimension},
+      {"mesh", {{"file", given(a.mesh.string())}, {"points", r.points_before}, {"cells", r.cells_before}}},
+      {"metric",
+       {{"analytic", given(a.analytic)},
+        {"file", given(a.metric.string())},
+        {"hmin", given(a.h_min)},
+        {"hmax", given(a.h_max)},
+        {"wanted_complexity", given(a.complexity)},
+        {"scale", r.scale}}},
+      {"quality_floor", a.quality_floor},
+      {"cells", r.cells},
+      {"points", r.points},
+      {"facets", r.facets},
+      {"mesh_hash", fmt::format("{:016x}", r.mesh_hash)},
+      {"validation", to_json(r.validation)},
+      {"score", to_json(r.score)},
+      {"worst_cells", worst_cells_json(r.score)},
+      {"homotopy", homotopy_json(r.adapt)},
+      {"operators", operators_json(r.adapt)},
+      {"stopped_because", r.adapt.stopped_because},
+      {"stages", stages_json(r.stages)},
+      {"wall_seconds", total(r, [](const StageCost& s) { return s.wall_seconds; })},
+      {"cpu_seconds", total(r, [](const StageCost& s) { return s.cpu_seconds; })},
+      {"peak_bytes", peak(r)},
+      {"threads", r.threads},
+      {"files", files},
+      {"warnings", r.warnings},
+      {"missed", r.missed},
+  });
+}
+
+std::string adaptation_table(const AdaptationReport& r) {
+  std::string out;
+  const auto row = [&](const char* name, const std::string& text) {
+    out += fmt::format("{:<14}{}\n", name, text);
+  };
+  row("points", fmt::format("{:>12}  from {}", r.points, r.points_before));
+  row("cells", fmt::format("{:>12}  from {}", r.cells, r.cells_before));
+  row("complexity", fmt::format("{:.6g}", r.score.complexity));
+  row("unit edges", fmt::format("{:.2f} %, metric lengths {:.3g} to {:.3g}", 100.0 * r.score.unit_share,
+                                r.score.length_min, r.score.length_max));
+  row("quality", fmt::format("worst {:.3g}, mean {:.3f}", r.score.quality_min, r.score.quality_mean));
+  row("aspect", fmt::format("largest {:.4g}, 99 % below {:.4g}", r.score.aspect_max, r.score.aspect_p99));
+  row("time", fmt::format("{:.1f} s wall, {:.1f} s cpu, {} threads, peak {:.0f} MiB",
+                          total(r, [](const StageCost& s) { return s.wall_seconds; }),
+                          total(r, [](const StageCost& s) { return s.cpu_seconds; }), r.threads,
+                          peak(r) / 1048576.0));
+  for (const auto& file : r.files) row("file", file.string());
+  return out;
+}
+
+}  // namespace lamina

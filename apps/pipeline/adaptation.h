@@ -1,0 +1,59 @@
+// Any mesh made unit in a given metric: mesh and metric from files or from a formula -> adapted mesh, metric
+// and report.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/pipeline/stages.h"
+#include "core/progress.h"
+#include "mesh/adapt.h"
+#include "mesh/score.h"
+#include "mesh/validate.h"
+
+namespace lamina {
+
+struct Adaptation {
+  /// The mesh to adapt. Empty: the start of the analytic metric's benchmark, a lattice in its own box.
+  std::filesystem::path mesh;
+  std::string analytic;  ///< NAME[:key=value,...], see core/analytic_metric.h
+  /// Instead of `analytic`: tensors of the mesh's points (.sol, .solb), or another mesh with its metric, see
+  /// BackgroundMetric::read. When both are empty: the metric that belongs to `mesh`.
+  std::filesystem::path metric;
+  std::vector<std::filesystem::path> outputs;
+  std::optional<std::filesystem::path> metric_out, report;
+  double h_min = 0.0;       ///< smallest size, world units; 0: no bound
+  double h_max = 0.0;       ///< largest size; 0: no bound
+  double complexity = 0.0;  ///< wanted integral of sqrt(det M), by one factor on all sizes; 0: as given
+  double quality_floor = AdaptOptions{}.quality_floor;
+  int threads = 0;  ///< 0: all
+};
+
+struct AdaptationReport {
+  Adaptation adaptation;
+  int dimension = 3;
+  std::int64_t points_before = 0, cells_before = 0;
+  std::int64_t points = 0, cells = 0, facets = 0;
+  double scale = 1.0;  ///< factor on all sizes that --complexity asked for
+  Score score;
+  Validation validation;
+  AdaptSummary adapt;
+  std::vector<StageCost> stages;
+  int threads = 0;
+  std::uint64_t mesh_hash = 0;
+  std::vector<std::string> warnings, missed;
+  std::vector<std::filesystem::path> files;
+};
+
+/// Reads, adapts, judges and writes. Inverted cells are turned and unused points dropped, with a warning.
+/// report.missed lists properties that were not reached (exit code 3). Errors: kUsage, kParameter, those of
+/// reading and writing files, kAdapt and kMeshInvalid when the mesh cannot be adapted, kInterrupted.
+AdaptationReport run_adaptation(const Adaptation& a, Progress* progress);
+
+std::string adaptation_json(const AdaptationReport& report);
+/// A short table for people.
+std::string adaptation_table(const AdaptationReport& report);
+
+}  // namespace lamina

@@ -1,0 +1,93 @@
+"""`lamina adapt`: what it writes, how it fails, and that a mesh scores by its files as by its formula."""
+import json
+
+import support
+from support import BAD_INPUT, DONE, MISSED, Case, lamina, read_json
+
+THIN = "tilted-plane:hmin=0.02,ht=0.25"
+
+
+class Adapt(Case):
+    def adapt(self, *words):
+        done = lamina("adapt", *words)
+        self.assertIn(done.returncode, (DONE, MISSED), done.stderr)
+        return done
+
+    def test_formula_without_a_mesh(self):
+        mesh, metric, report = self.dir / "a.meshb", self.dir / "a.solb", self.dir / "a.json"
+        done = self.adapt("--analytic", THIN, "-o", mesh, "-o", self.dir / "a.vtu", "--metric-out", metric,
+                          "--report", report)
+        self.assertEqual(self.entries(), ["a.json", "a.meshb", "a.solb", "a.vtu"])
+        self.assertIn("unit edges", done.stdout)
+        told = read_json(report)
+        self.assertTrue(told["validation"]["valid"])
+        self.assertEqual(told["metric"]["analytic"], THIN)
+        scores = [json.loads(self.run_ok("score", *words, "--json"))["score"]
+                  for words in ((mesh, "--metric", metric), (mesh, "--analytic", THIN), (self.dir / "a.vtu",))]
+        for score in scores:
+            self.assertEqual(score["cells"], told["cells"])
+            for key in ("unit_share", "complexity"):
+                self.assertAlmostEqual(score[key], told["score"][key], delta=1e-6 * told["score"][key])
+            self.assertAlmostEqual(score["quality"]["min"], told["score"]["quality"]["min"], places=6)
+        self.assertGreater(scores[0]["unit_share"], 0.95)
+
+    def test_metric_of_files(self):
+        first, metric = self.dir / "a.mesh", self.dir / "a.sol"
+        self.adapt("--analytic", THIN, "-o", first, "--metric-out", metric, "-q")
+        for number, words in enumerate((("--metric", metric), ("--metric", first), ())):
+            out = self.dir / f"b{number}.meshb"
+            self.adapt(first, *words, "-o", out, "-q")
+        texts = {(self.dir / f"b{number}.meshb").read_bytes() for number in range(3)}
+        self.assertEqual(len(texts), 1, "three ways to name one metric")
+
+    def test_limits_and_complexity(self):
+        out = self.dir / "a.vtu"
+        for words, least, most in ((("--hmin", 0.1), 60, 700), (("--hmax", 0.08), 1953, 8000),
+                                   (("--complexity", 500), 480, 520)):
+            with self.subTest(words=words):
+                self.adapt("--analytic", THIN, "-o", out, "-q", *words)
+                complexity = json.loads(self.run_ok("score", out, "--json"))["score"]["complexity"]
+                self.assertGreater(complexity, least)
+                self.assertLess(complexity, most)
+
+    def test_threads_do_not_matter(self):
+        for threads in (1, 3):
+            self.adapt("--analytic", THIN, "-o", self.dir / f"{threads}.meshb", "--threads", threads, "-q")
+        self.assertEqual((self.dir / "1.meshb").read_bytes(), (self.dir / "3.meshb").read_bytes())
+
+    def test_two_dimensions(self):
+        out = self.dir / "a.meshb"
+        self.adapt("--analytic", "circle-bl:hmin=5e-3", "-o", out, "-q")
+        self.assertEqual(json.loads(self.run_ok("score", out, "--json"))["dimension"], 2)
+
+    def test_bad_input(self):
+        out = ("-o", self.dir / "a.meshb")
+        mesh = self.dir / "plain.meshb"
+        self.adapt("--analytic", "iso:h=0.5", "-o", mesh, "-q")
+        for words, *needles in (
+                (("--analytic", "kube", *out), "kube", "known are", "tilted-plane"),
+                (("--analytic", "cube:H=1", *out), "H", "half, hmin, H2, growth"),
+                (("--analytic", "cube:hmin=thin", *out), "hmin", "not a number"),
+                (("--analytic", "iso", "--metric", mesh, *out), "--metric"),
+                (("--analytic", "iso"), "-o"),
+                (out, "no mesh"),
+                ((self.dir / "none.meshb", "--analytic", "iso", *out), "none.meshb"),
+                (("--analytic", "iso", "--hmin", 2, "--hmax", 1, *out), "--hmax"),
+                (("--analytic", "iso", "--hmin", -1, *out), "--hmin"),
+                (("--analytic", "iso", "-o", self.dir / "a.stl"), "a.stl", ".meshb"),
+                ((mesh, "--analytic", "iso", "-o", mesh), "overwrite")):
+            with self.subTest(words=words):
+                self.assert_one_error(lamina("adapt", *words, "-q"), BAD_INPUT, *needles)
+        self.assert_one_error(lamina("adapt", mesh, *out, "-q"), BAD_INPUT, "no metric")
+        self.assert_one_error(lamina("adapt", mesh, "--analytic", "circle-bl", *out, "-q"), BAD_INPUT, "2-dimensional")
+        self.assertEqual(self.entries(), ["plain.meshb"])
+
+    def test_score_takes_one_metric(self):
+        mesh = self.dir / "a.meshb"
+        self.adapt("--analytic", "iso:h=0.5", "-o", mesh, "-q")
+        self.assert_one_error(lamina("score", mesh, "--analytic", "kube"), BAD_INPUT, "kube")
+        self.assertIn("iso:h=0.5", self.run_ok("score", mesh, "--analytic", "iso:h=0.5"))
+
+
+if __name__ == "__main__":
+    support.main()
