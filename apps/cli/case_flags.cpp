@@ -68,9 +68,9 @@ CaseFlags::CaseFlags(CLI::App& app, const std::vector<std::string>& tables) {
   app.add_flag("-v,--verbose", verbose_, "more progress on stderr")->excludes(quiet);
 }
 
-Case CaseFlags::read() const {
-  Case c;
-  if (!case_file_.empty()) c = read_case(case_file_);
+Case CaseFlags::read() const { return with_flags(case_file_.empty() ? Case{} : read_case(case_file_)); }
+
+Case CaseFlags::with_flags(Case c) const {
   std::vector<GivenOption> given;
   for (const Words& w : words_) {
     if (w.flag->count() == 0) continue;

@@ -22,6 +22,10 @@ class CaseFlags {
 
   /// The case file, if any, with the flags over it. Errors: kUsage, kFileMissing.
   [[nodiscard]] Case read() const;
+  /// The flags alone.
+  [[nodiscard]] Case read_flags() const { return with_flags({}); }
+  /// The word after --case.
+  [[nodiscard]] const std::string& case_word() const { return case_file_; }
   [[nodiscard]] Verbosity verbosity() const;
   /// True when an option of one of these tables may have been given: as a flag, or by a case file.
   [[nodiscard]] bool given(const std::vector<std::string>& tables) const;
@@ -32,6 +36,8 @@ class CaseFlags {
     CLI::Option* flag = nullptr;
     std::vector<std::string> words = {};
   };
+  [[nodiscard]] Case with_flags(Case c) const;
+
   std::vector<Words> words_;
   std::string case_file_;
   bool quiet_ = false, verbose_ = false;

@@ -36,6 +36,7 @@ std::string script(const CLI::App& root) {
       "    --profile) words=\"layered continuous\" ;;\n"
       "    --seed) words=\"tetgen lattice\" ;;\n"
       "    --unit) words=\"m mm cm in ft\" ;;\n"
+      "    --suite) words=\"adapt\" ;;\n"
       "    --color) words=\"quality region size none\" ;;\n"
       "  esac\n"
       "  if [ -n \"$words\" ]; then\n"

@@ -82,6 +82,24 @@ class Adapt(Case):
         self.assert_one_error(lamina("adapt", mesh, "--analytic", "circle-bl", *out, "-q"), BAD_INPUT, "2-dimensional")
         self.assertEqual(self.entries(), ["plain.meshb"])
 
+    def test_suite(self):
+        report = self.dir / "suite.json"
+        done = lamina("bench", "--suite", "adapt", "--case", "circle-bl", "--json", report, "-q")
+        row, = read_json(report)["cases"]
+        self.assertEqual(done.returncode, MISSED if row["missed"] else DONE, done.stderr)
+        self.assertEqual(row["unit_share"] < row["targets"]["unit_share"], "unit share" in row["missed"])
+        self.assertEqual(row["user_seconds"] > row["targets"]["user_seconds"], "seconds" in row["missed"])
+        header, line = done.stdout.splitlines()
+        self.assertRegex(header, r"case +cells +unit % +Qmin +Qmean +user s +wall s +peak MiB")
+        self.assertEqual(line.split()[:2], ["circle-bl", str(row["cells"])])
+        self.assertEqual(line.count("!"), len(row["missed"]))
+        for words, *needles in ((("--case", "circle"), "--case", "known are", "circle-bl"), (("body.stl",), "body.stl"),
+                                (("--csv", self.dir / "a.csv"), "--csv")):
+            self.assert_one_error(lamina("bench", "--suite", "adapt", *words), BAD_INPUT, *needles)
+        self.assert_one_error(lamina("bench", "--suite", "mesh"), BAD_INPUT, "--suite", "adapt")
+        self.assert_one_error(lamina("bench", "--large"), BAD_INPUT, "--suite")
+        self.assertEqual(self.entries(), ["suite.json"])
+
     def test_score_takes_one_metric(self):
         mesh = self.dir / "a.meshb"
         self.adapt("--analytic", "iso:h=0.5", "-o", mesh, "-q")

@@ -1,0 +1,153 @@
+#include "apps/pipeline/adapt_suite.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/pipeline/detail/adapted.h"
+#include "apps/pipeline/detail/json.h"
+#include "apps/pipeline/detail/metric_family.h"
+#include "apps/pipeline/report.h"
+#include "apps/pipeline/stages.h"
+#include "apps/pipeline/text.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "mesh/io.h"
+#include "mesh/seed.h"
+
+namespace lamina {
+namespace {
+
+template <int D>
+Mesh<D> start_mesh(const SuiteCase& c, const AnalyticMetric<D>& metric, const std::filesystem::path& data) {
+  if (data.empty()) return make_seed<D>(metric.domain(), metric.start_size(), SeedKind::kLattice);
+  const std::filesystem::path file = data / c.start;
+  AnyMesh any = read_mesh(file);
+  auto* mesh = std::get_if<Mesh<D>>(&any);
+  if (mesh == nullptr)
+    throw Error(ErrorCode::kFileUnsupported,
+                fmt::format("{}: not a mesh in {} dimensions", file.string(), D));
+  return std::move(*mesh);
+}
+
+template <int D>
+SuiteRow run(const SuiteCase& c, const std::filesystem::path& data, StageRecorder& stages) {
+  SuiteRow row;
+  row.wanted = c;
+  const auto formula = make_analytic_metric<D>(c.name);
+  Mesh<D> mesh = start_mesh<D>(c, *formula, data);
+  row.start_cells = static_cast<std::int64_t>(mesh.cells.size());
+  AdaptOptions options;
+  options.end_size = formula->smallest();
+  std::vector<Metric<D>> metric;
+  stages.stage(c.name);
+  const double before = user_seconds();
+  adapt<D>(mesh, AnalyticFamily<D>(*formula), metric, options, &stages);
+  row.user_seconds = user_seconds() - before;
+  stages.done(fmt::format("{} cells", mesh.cells.size()));
+  row.wall_seconds = stages.costs().back().wall_seconds;
+  row.peak_bytes = stages.costs().back().peak_bytes;
+  require_valid<D>(mesh, formula->domain());
+  const Score s = score<D>(mesh, metric);
+  row.cells = s.cells;
+  row.points = s.points;
+  row.unit_share = s.unit_share;
+  row.quality_min = s.quality_min;
+  row.quality_mean = s.quality_mean;
+  return row;
+}
+
+}  // namespace
+
+const std::vector<SuiteCase>& adapt_suite() {
+  static const std::string unit_cube = "init-unit-cube-10.meshb";
+  static const std::vector<SuiteCase> cases = {
+      {"tilted-plane", 0.99, 0.30, 0.90, 6.0, unit_cube},
+      {"tilted-plane:hmin=1e-5", 0.985, 0.28, 0.88, 9.0, unit_cube},
+      {"cube", 0.96, 0.15, 0.85, 25.0, unit_cube},
+      {"sphere", 0.98, 0.25, 0.86, 15.0, unit_cube},
+      {"plane-bl", 0.994, 0.40, 0.905, 15.0, "init-plane-bl.meshb"},
+      {"cube-linear", 0.995, 0.45, 0.90, 2.5, "init-cube-linear.meshb"},
+      {"polar-2", 0.98, 0.40, 0.87, 4.0, "init-polar-2.meshb"},
+      {"sphere-bl-mild", 0.98, 0.25, 0.86, 45.0, "init-sphere-bl.meshb", true},
+      {"circle-bl", 0.998, 0.40, 0.96, 0.8, "init-circle-bl.meshb"},
+  };
+  return cases;
+}
+
+std::vector<std::string> SuiteRow::missed() const {
+  std::vector<std::string> out;
+  if (!(unit_share >= wanted.unit_share)) out.emplace_back("unit share");
+  if (!(quality_min >= wanted.quality_min)) out.emplace_back("worst quality");
+  if (!(quality_mean >= wanted.quality_mean)) out.emplace_back("mean quality");
+  if (threads == 1 && !(user_seconds <= wanted.seconds)) out.emplace_back("seconds");
+  return out;
+}
+
+std::vector<SuiteCase> select_cases(const std::string& name, bool large) {
+  std::vector<SuiteCase> out;
+  std::vector<std::string> names;
+  for (const SuiteCase& c : adapt_suite()) {
+    names.push_back(c.name);
+    if (name.empty() ? large || !c.large : c.name == name) out.push_back(c);
+  }
+  if (out.empty())
+    throw Error(ErrorCode::kUsage, fmt::format("--case {}: no case of this name{}; known are {}", name,
+                                               did_you_mean(name, names), join(names)));
+  return out;
+}
+
+SuiteRow run_suite_case(const SuiteCase& c, const std::filesystem::path& data, int threads,
+                        Progress* progress) {
+  const ThreadLimit limit(threads);
+  StageRecorder stages(progress);
+  SuiteRow row = analytic_dimension(c.name) == 2 ? run<2>(c, data, stages) : run<3>(c, data, stages);
+  row.threads = threads > 0 ? threads : hardware_threads();
+  return row;
+}
+
+std::string suite_header() {
+  return fmt::format("{:<24}{:>9}{:>18}{:>18}{:>18}{:>18}{:>9}{:>10}\n", "case", "cells", "unit %", "Qmin",
+                     "Qmean", "user s", "wall s", "peak MiB");
+}
+
+std::string suite_line(const SuiteRow& r) {
+  const SuiteCase& w = r.wanted;
+  const std::vector<std::string> missed = r.missed();
+  const auto cell = [&](const char* what, const std::string& text) {
+    const bool bad = std::find(missed.begin(), missed.end(), what) != missed.end();
+    return text + (bad ? " !" : "  ");
+  };
+  return fmt::format(
+      "{:<24}{:>9}{:>18}{:>18}{:>18}{:>18}{:>9.2f}{:>10.0f}\n", w.name, r.cells,
+      cell("unit share", fmt::format("{:.2f} >= {:.1f}", 100.0 * r.unit_share, 100.0 * w.unit_share)),
+      cell("worst quality", fmt::format("{:.3f} >= {:.2f}", r.quality_min, w.quality_min)),
+      cell("mean quality", fmt::format("{:.3f} >= {:.3f}", r.quality_mean, w.quality_mean)),
+      cell("seconds", fmt::format("{:.2f} <= {:.1f}", r.user_seconds, w.seconds)), r.wall_seconds,
+      r.peak_bytes / 1048576.0);
+}
+
+std::string suite_json(const std::vector<SuiteRow>& rows) {
+  Json cases = Json::array();
+  for (const SuiteRow& r : rows)
+    cases.push_back({{"name", r.wanted.name},
+                     {"start_cells", r.start_cells},
+                     {"cells", r.cells},
+                     {"points", r.points},
+                     {"unit_share", r.unit_share},
+                     {"quality_min", r.quality_min},
+                     {"quality_mean", r.quality_mean},
+                     {"user_seconds", r.user_seconds},
+                     {"wall_seconds", r.wall_seconds},
+                     {"peak_bytes", r.peak_bytes},
+                     {"threads", r.threads},
+                     {"targets",
+                      {{"unit_share", r.wanted.unit_share},
+                       {"quality_min", r.wanted.quality_min},
+                       {"quality_mean", r.wanted.quality_mean},
+                       {"user_seconds", r.wanted.seconds}}},
+                     {"missed", r.missed()}});
+  return json_text({{"lamina", version()}, {"hardware_threads", hardware_threads()}, {"cases", cases}});
+}
+
+}  // namespace lamina
