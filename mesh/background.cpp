@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "mesh/gradation.h"
 #include "mesh/io.h"
 
 namespace lamina {
@@ -166,9 +167,10 @@ std::vector<Metric<D>> read_mesh_with_metric(const std::filesystem::path& path, 
 }
 
 template <int D>
-BackgroundMetric<D> BackgroundMetric<D>::read(const std::filesystem::path& path) {
+BackgroundMetric<D> BackgroundMetric<D>::read(const std::filesystem::path& path, double gradation) {
   Mesh<D> mesh;
-  const std::vector<Metric<D>> metric = read_mesh_with_metric<D>(path, mesh);
+  std::vector<Metric<D>> metric = read_mesh_with_metric<D>(path, mesh);
+  if (gradation > 1.0) gradate<D>(mesh, metric, gradation);
   return {mesh, metric};
 }
 

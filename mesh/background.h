@@ -29,8 +29,9 @@ class BackgroundMetric : public MetricField<D> {
  public:
   /// REQUIRES one metric per point, and cells. Facets, tags and fields of the mesh are not kept.
   BackgroundMetric(const Mesh<D>& mesh, const std::vector<Metric<D>>& metric);
-  /// A mesh file with its metric, see read_mesh_with_metric.
-  static BackgroundMetric read(const std::filesystem::path& path);
+  /// A mesh file with its metric, see read_mesh_with_metric; bounded by gradate (mesh/gradation.h) where
+  /// `gradation` > 1.
+  static BackgroundMetric read(const std::filesystem::path& path, double gradation = 0.0);
 
   [[nodiscard]] Metric<D> at(const Vec<D>& x) const override;
   /// Smallest size in any direction at any vertex.

@@ -36,6 +36,12 @@ void add_metric_options(CLI::App& app, Adaptation& a) {
   app.add_option("--hmax", a.h_max, "no size is larger (unit: that of MESH; > 0; default: no bound)")
       ->type_name("X")
       ->group(group);
+  app.add_option(
+         "--gradation", a.gradation,
+         "largest ratio of sizes per element, above 1 and at most 4; 0: no bound. A formula is bounded on "
+         "meshes adapted to it (default: 0)")
+      ->type_name("X")
+      ->group(group);
   app.add_option("--complexity", a.complexity,
                  "scales all sizes, within --hmin and --hmax, until the integral of sqrt(det M) is N; a mesh "
                  "has about 12 N cells in 3D, 2.3 N in 2D (default: sizes as given)")

@@ -20,6 +20,7 @@
 #include "core/predicates.h"
 #include "core/words.h"
 #include "mesh/complexity.h"
+#include "mesh/gradation.h"
 #include "mesh/io.h"
 #include "mesh/seed.h"
 
@@ -36,6 +37,9 @@ void check(const Adaptation& a) {
   positive(a.h_min, "--hmin");
   positive(a.h_max, "--hmax");
   positive(a.complexity, "--complexity");
+  if (a.gradation != 0.0 && !(a.gradation > 1.0 && a.gradation <= 4.0))
+    throw Error(ErrorCode::kParameter,
+                fmt::format("--gradation = {:g} must be 0 (off) or in (1, 4]", a.gradation));
   if (a.h_max > 0.0 && a.h_max < a.h_min)
     throw Error(ErrorCode::kParameter, fmt::format("--hmax = {:g} is below --hmin = {:g}", a.h_max, a.h_min));
   if (!(a.quality_floor >= 0.0 && a.quality_floor <= 0.5))
@@ -107,17 +111,17 @@ void make_ready(Mesh<D>& mesh, const std::string& name, Progress& progress) {
     progress.warn(fmt::format("{}: the tags of its cells are dropped: regions are not kept apart", name));
 }
 
-/// The metric that was asked for: as a family, with its smallest size. One of `formula` and `background` is
-/// set.
+/// The metric that was asked for: as a family, with its smallest size. At least one of `formula` and
+/// `background` is set.
 template <int D>
 struct Wanted {
   std::unique_ptr<const AnalyticMetric<D>> formula;
-  std::unique_ptr<const BackgroundMetric<D>> background;
+  std::unique_ptr<const BackgroundMetric<D>> background;  ///< beside `formula`: a bound on it
   SizeLimits limits;
   double smallest = 0.0;
 
   [[nodiscard]] std::unique_ptr<const AdaptMetric<D>> family() const {
-    if (formula) return std::make_unique<AnalyticFamily<D>>(*formula, limits);
+    if (formula) return std::make_unique<AnalyticFamily<D>>(*formula, limits, background.get());
     return std::make_unique<BackgroundFamily<D>>(*background);
   }
 };
@@ -161,6 +165,23 @@ Wanted<D> analytic_metric(const Adaptation& a, const Mesh<D>& mesh, Progress& pr
   return w;
 }
 
+/// A formula has no edges to bound its growth along, a mesh that is unit in it has: the formula is sampled
+/// and bounded there, and from then on the mesh is adapted to the finer of both, twice, so that the bound is
+/// resolved where it made sizes smaller.
+template <int D>
+void bound_growth(const Adaptation& a, AdaptOptions options, Wanted<D>& wanted, Mesh<D>& mesh,
+                  std::vector<Metric<D>>& metric, Progress& progress) {
+  constexpr int kRounds = 2;
+  options.start_size = options.end_size;
+  for (int i = 0; i < kRounds; ++i) {
+    const AnalyticFamily<D> formula(*wanted.formula, wanted.limits);
+    for_each_index(metric.size(), [&](std::size_t v) { metric[v] = formula.at(mesh.points[v], 0.0); });
+    gradate<D>(mesh, metric, a.gradation);
+    wanted.background = std::make_unique<const BackgroundMetric<D>>(mesh, metric);
+    adapt<D>(mesh, *wanted.family(), metric, options, &progress);
+  }
+}
+
 /// The complexity of a formula was estimated before there was a mesh to measure it on; now there is one, and
 /// the scale is corrected until it is within a percent. Such steps are small, so none of them needs the way
 /// from coarse to fine.
@@ -175,7 +196,10 @@ void correct_complexity(const Adaptation& a, AdaptOptions options, Wanted<D>& wa
     wanted.limits.scale *= std::pow(ratio, 1.0 / D);
     wanted.smallest = wanted.limits.of(wanted.formula->smallest());
     options.start_size = options.end_size = wanted.smallest;
-    adapt<D>(mesh, *wanted.family(), metric, options, &progress);
+    if (a.gradation > 0.0)
+      bound_growth<D>(a, options, wanted, mesh, metric, progress);
+    else
+      adapt<D>(mesh, *wanted.family(), metric, options, &progress);
   }
 }
 
@@ -205,6 +229,7 @@ Wanted<D> file_metric(const Adaptation& a, const Mesh<D>& mesh, Progress& progre
   const auto apply = [&](const SizeLimits& limits) {
     progress.check_cancelled();
     for_each_index(given.size(), [&](std::size_t i) { metric[i] = limited<D>(given[i], limits); });
+    if (a.gradation > 0.0) gradate<D>(carrier, metric, a.gradation);
     return score<D>(carrier, metric).complexity;
   };
   if (a.complexity > 0.0)
@@ -251,6 +276,7 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
   options.quality_floor = a.quality_floor;
   options.end_size = wanted->smallest;
   report.adapt = adapt<D>(mesh, *wanted->family(), metric, options, &stages);
+  if (wanted->formula && a.gradation > 0.0) bound_growth<D>(a, options, *wanted, mesh, metric, stages);
   if (wanted->formula && a.complexity > 0.0) correct_complexity<D>(a, options, *wanted, mesh, metric, stages);
   report.scale = wanted->limits.scale;
   stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
@@ -353,6 +379,7 @@ std::string adaptation_json(const AdaptationReport& r) {
         {"file", given(a.metric.string())},
         {"hmin", given(a.h_min)},
         {"hmax", given(a.h_max)},
+        {"gradation", given(a.gradation)},
         {"wanted_complexity", given(a.complexity)},
         {"scale", r.scale}}},
       {"quality_floor", a.quality_floor},

@@ -27,6 +27,8 @@ struct Adaptation {
   double h_min = 0.0;       ///< smallest size, world units; 0: no bound
   double h_max = 0.0;       ///< largest size; 0: no bound
   double complexity = 0.0;  ///< wanted integral of sqrt(det M), by one factor on all sizes; 0: as given
+  /// Bound on the growth of sizes per unit of metric length, see mesh/gradation.h; 0: none.
+  double gradation = 0.0;
   double quality_floor = AdaptOptions{}.quality_floor;
   int threads = 0;  ///< 0: all
 };

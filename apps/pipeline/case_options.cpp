@@ -304,13 +304,14 @@ void add_sizes(Options& o) {
                        "h_min at every height (two to four times the elements)"),
                   {"local", "wall"}),
            [](Case& c) -> Chord& { return c.chord; }));
-  o.push_back(bind(
-      typed(real("sizes", "metric", "--metric", "", "",
-                 "a mesh with a metric at its vertices, of a solution for example (.vtu with point data "
-                 "\"metric\", or .mesh, .meshb with a .sol, .solb of the same name): no size exceeds it. Its "
-                 "coordinates are those of the domain"),
-            OptionType::kText),
-      [](Case& c) -> optional<Path>& { return c.metric; }));
+  o.push_back(
+      bind(typed(real("sizes", "metric", "--metric", "", "",
+                      "a mesh with a metric at its vertices, of a solution for example (.vtu with point data "
+                      "\"metric\", or .mesh, .meshb with a .sol, .solb of the same name): no size exceeds "
+                      "it, once its "
+                      "growth is bounded by --gradation. Its coordinates are those of the domain"),
+                 OptionType::kText),
+           [](Case& c) -> optional<Path>& { return c.metric; }));
   CaseOption box =
       typed(real("sizes", "boxes", "--box", "m", "",
                  "a box in which no element is larger than SIZE, a wake for example; sizes grow by "

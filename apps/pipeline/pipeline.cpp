@@ -241,7 +241,8 @@ Body load_body(const Case& c, Progress* progress) {
   std::vector<SizeGrid> painted;
   for (const std::string& which : c.size_grids) painted.push_back(load_painted(c, which, scale));
   std::shared_ptr<const BackgroundMetric<3>> user;
-  if (c.metric) user = std::make_shared<const BackgroundMetric<3>>(BackgroundMetric<3>::read(*c.metric));
+  if (c.metric)
+    user = std::make_shared<const BackgroundMetric<3>>(BackgroundMetric<3>::read(*c.metric, c.gradation));
   Body body = from_vdb ? Body{.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress),
                               .surface = {},
                               .from_vdb = true}

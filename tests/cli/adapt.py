@@ -50,6 +50,19 @@ class Adapt(Case):
                 self.assertGreater(complexity, least)
                 self.assertLess(complexity, most)
 
+    def test_gradation(self):
+        """A sharp cube, whose sizes jump at its edges: with a bound more cells, better ones."""
+        scores = []
+        for words in ((), ("--gradation", 1.5)):
+            out = self.dir / "a.vtu"
+            self.adapt("--analytic", "cube:hmin=0.01,H2=0.2", "-o", out, "-q", *words)
+            scores.append(json.loads(self.run_ok("score", out, "--json"))["score"])
+            self.adapt(out, "-o", self.dir / "b.vtu", "-q", *words)
+        plain, graded = scores
+        self.assertGreater(graded["cells"], plain["cells"])
+        self.assertGreater(graded["unit_share"], plain["unit_share"])
+        self.assertGreater(graded["quality"]["mean"], plain["quality"]["mean"])
+
     def test_threads_do_not_matter(self):
         for threads in (1, 3):
             self.adapt("--analytic", THIN, "-o", self.dir / f"{threads}.meshb", "--threads", threads, "-q")
@@ -73,6 +86,7 @@ class Adapt(Case):
                 (out, "no mesh"),
                 ((self.dir / "none.meshb", "--analytic", "iso", *out), "none.meshb"),
                 (("--analytic", "iso", "--hmin", 2, "--hmax", 1, *out), "--hmax"),
+                (("--analytic", "iso", "--gradation", 1, *out), "--gradation", "(1, 4]"),
                 (("--analytic", "iso", "--hmin", -1, *out), "--hmin"),
                 (("--analytic", "iso", "-o", self.dir / "a.stl"), "a.stl", ".meshb"),
                 ((mesh, "--analytic", "iso", "-o", mesh), "overwrite")):
