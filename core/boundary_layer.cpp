@@ -21,6 +21,10 @@ void require_positive(const char* option, double value) {
 
 double BoundaryLayer::level(int k) const { return h_min * (std::pow(growth, k) - 1.0) / (growth - 1.0); }
 
+double BoundaryLayer::level_at(double height) const {
+  return std::log1p(height * (growth - 1.0) / h_min) / std::log(growth);
+}
+
 double BoundaryLayer::top_size() const { return h_min * std::pow(growth, layers - 1); }
 
 double skin_friction(double reynolds) {

@@ -34,6 +34,8 @@ struct BoundaryLayer {
 
   /// s_k = h_min (growth^k - 1) / (growth - 1): height of the first k layers [eq. in section 3.2.2].
   [[nodiscard]] double level(int k) const;
+  /// The real number k with level(k) = height: whole on the levels. REQUIRES height >= 0.
+  [[nodiscard]] double level_at(double height) const;
   /// s_layers.
   [[nodiscard]] double top() const { return level(layers); }
   /// Normal size of the last layer.

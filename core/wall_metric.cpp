@@ -111,9 +111,13 @@ WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const 
 // h_min growth^(k-1) in layer k, or h_min + (growth - 1) height [section 3.2.2].
 double WallMetric::layer_size(double height) const {
   if (sizes_.profile == Profile::kContinuous) return layer_.h_min + (layer_.growth - 1.0) * height;
-  // A height on a level (up to rounding) belongs to the layer below.
-  constexpr double kSlack = 1e-9;
-  const double k = std::log1p(height * (layer_.growth - 1.0) / layer_.h_min) / std::log(layer_.growth);
+  const double k = layer_.level_at(height);
+  // On a level (up to rounding) the geometric mean of the layers below and above, so that an edge from level
+  // to level has length 1.
+  constexpr double kSlack = 1e-7;
+  const double nearest = std::round(k);
+  if (std::abs(k - nearest) < kSlack && nearest >= 1.0 && nearest < layer_.layers)
+    return layer_.h_min * std::pow(layer_.growth, nearest - 0.5);
   return layer_.h_min * std::pow(layer_.growth, std::max(0.0, std::ceil(k - kSlack) - 1.0));
 }
 
@@ -314,6 +318,47 @@ WallPoint WallMetric::face_wall(const Vec3& x, std::size_t face) const {
 
 Metric<3> WallMetric::at_coarsened(const Vec3& x, double floor) const {
   return metric(x, wall_->at(x), floor);
+}
+
+std::optional<LayerLevel> WallMetric::level(const Vec3& x, double floor) const {
+  const WallPoint body = wall_->at(x);
+  WallPoint wall = body;
+  bool on_face = false;
+  for (std::size_t face = 0; has_walls_ && face < 6; ++face) {
+    if (!sizes_.walls[face] || body.phi < 0.0) continue;
+    const WallPoint other = face_wall(x, face);
+    if (other.phi >= std::abs(wall.phi)) continue;
+    wall = other;
+    on_face = true;
+  }
+  const double height = std::abs(wall.phi);
+  const double side = wall.phi < 0.0 ? -1.0 : 1.0;
+  const double k = layer_.level_at(height);
+  const int below = static_cast<int>(std::min(k, static_cast<double>(layer_.layers)));
+  const int number = height - layer_.level(below) < layer_.level(below + 1) - height ? below : below + 1;
+  const int last = side > 0.0 ? layer_.layers : sizes_.mirrored_layers;
+  if (number > last) return std::nullopt;
+  constexpr double kTooThin = 0.8;
+  const double thickness = layer_.h_min * std::pow(layer_.growth, number);
+  LayerLevel level;
+  level.number = static_cast<int>(side) * number;
+  if (thickness < kTooThin * floor) {  // of all levels the wall's is taken first
+    if (height > 0.5 * floor) return std::nullopt;
+    level.number = 0;
+  }
+  const double goal = side * layer_.level(std::abs(level.number));
+  const Vec3 ray = x - wall.closest;
+  level.normal = ray.norm() > 1e-6 * layer_.h_min ? Vec3(side * ray.normalized()) : wall.N;
+  level.way = wall.closest + goal * level.normal - x;
+  if (on_face) {
+    level.metric = at_coarsened(x + level.way, floor);
+  } else {
+    wall.phi = goal;
+    level.metric = metric(x + level.way, wall, floor);
+  }
+  constexpr double kOtherSizes = 0.6;
+  if (level.metric.size_along(level.normal) < kOtherSizes * std::max(thickness, floor)) return std::nullopt;
+  return level;
 }
 
 WallSample WallMetric::sample(const Vec3& x) const {

@@ -56,6 +56,14 @@ struct WallSample {
   Metric<3> metric;
 };
 
+/// A place on the border between two layers.
+struct LayerLevel {
+  int number = 0;              ///< k of s_k; 0 the wall, negative inside the body
+  Vec3 way = Vec3::Zero();     ///< from the point asked for to the level, along the ray from the wall
+  Vec3 normal = Vec3::Zero();  ///< unit vector of that ray, into the fluid
+  Metric<3> metric;            ///< at the end of the way
+};
+
 class WallMetric : public MetricField<3> {
  public:
   /// No size in any direction exceeds those of `painted`, which spread by SizeOptions::gradation, or that of
@@ -68,6 +76,9 @@ class WallMetric : public MetricField<3> {
   /// The same metric with every size below `floor` raised to it: one step of the way from the seed's size to
   /// h_min.
   [[nodiscard]] Metric<3> at_coarsened(const Vec3& x, double floor) const;
+  /// The level nearest to x in the layers, mirrored ones included; none beyond them, where layers are thinner
+  /// than `floor`, and where other sizes than those of the layers rule.
+  [[nodiscard]] std::optional<LayerLevel> level(const Vec3& x, double floor) const;
   [[nodiscard]] WallSample sample(const Vec3& x) const;
   [[nodiscard]] Region region(const Vec3& x, double phi) const;
   /// Normal size at signed distance phi, x being used for the distances to the boxes only.

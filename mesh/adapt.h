@@ -4,6 +4,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,15 @@
 
 namespace lamina {
 
+/// The surface of a stack of thin layers that is nearest to a point.
+template <int D>
+struct Level {
+  int number = 0;                  ///< 0: the wall; negative on its other side
+  Vec<D> way = Vec<D>::Zero();     ///< from the point to the level
+  Vec<D> normal = Vec<D>::Zero();  ///< unit normal of the level
+  Metric<D> metric;                ///< at the end of the way
+};
+
 /// A family of metrics from coarse to wanted: `size_floor` s raises every size below s to s; 0 is the wanted
 /// metric.
 template <int D>
@@ -20,6 +30,15 @@ class AdaptMetric {
  public:
   virtual ~AdaptMetric() = default;
   [[nodiscard]] virtual Metric<D> at(const Vec<D>& x, double size_floor) const = 0;
+  /// The level nearest to x, among those that lie at least size_floor apart; none beyond the layers.
+  [[nodiscard]] virtual std::optional<Level<D>> level(const Vec<D>& /*x*/, double /*size_floor*/) const {
+    return std::nullopt;
+  }
+};
+
+enum class Align {
+  kAnywhere,  ///< vertices where cells become most regular in the metric
+  kLayers,    ///< vertices on the levels of the metric: semi-structured layers
 };
 
 struct AdaptOptions {
@@ -28,8 +47,9 @@ struct AdaptOptions {
   double quality_floor = 0.1;
   double start_size = 0.0;  ///< first size floor; 0: the longest edge of the seed
   double end_size = 0.0;  ///< smallest wanted size: the floor is halved until it is below this, then dropped
-  int passes_per_step = 3;     ///< block passes per step of the homotopy
-  int final_passes = 4;        ///< at the wanted metric, dearer ones
+  int passes_per_step = 3;  ///< block passes per step of the homotopy
+  int final_passes = 4;     ///< at the wanted metric, dearer ones
+  Align align = Align::kAnywhere;
   int block_vertices = 16384;  ///< vertices per block; fixed by the mesh, never by the thread count
 };
 

@@ -18,6 +18,7 @@
 
 #include "core/boundary_layer.h"
 #include "core/wall_metric.h"
+#include "mesh/adapt.h"
 #include "mesh/seed.h"
 #include "vdb/level_set.h"
 
@@ -56,6 +57,7 @@ struct Case {
   std::array<bool, 6> walls{};  ///< see SizeOptions::walls
   LevelSetOptions level_set;
   SeedKind seed = SeedKind::kTetgen;
+  Align align = Align::kLayers;
   double quality_floor = 0.1;
   int threads = 0;  ///< 0: all; the mesh does not depend on it
   std::vector<std::filesystem::path> outputs;

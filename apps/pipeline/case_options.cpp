@@ -368,6 +368,12 @@ void add_mesh(Options& o) {
   o.push_back(bind(choice(real("mesh", "seed", "--seed", "", "", "how the first, coarse mesh is made"),
                           {"tetgen", "lattice"}),
                    [](Case& c) -> SeedKind& { return c.seed; }));
+  o.push_back(
+      bind(choice(real("mesh", "align", "--align", "", "",
+                       "where vertices go: anywhere, which makes the most regular cells in the metric, "
+                       "or on the levels of the layers"),
+                  {"none", "layers"}),
+           [](Case& c) -> Align& { return c.align; }));
   o.push_back(bind(within(real("mesh", "quality_floor", "--quality-floor", "", "",
                                "quality (mean ratio, 1 is best) below which no operation may bring a cell"),
                           0, 0.5),

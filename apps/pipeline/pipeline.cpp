@@ -30,6 +30,11 @@ class Homotopy : public AdaptMetric<3> {
   [[nodiscard]] Metric<3> at(const Vec3& x, double size_floor) const override {
     return size_floor > 0.0 ? metric_.at_coarsened(x, size_floor) : metric_.at(x);
   }
+  [[nodiscard]] std::optional<Level<3>> level(const Vec3& x, double size_floor) const override {
+    const std::optional<LayerLevel> found = metric_.level(x, size_floor);
+    if (!found) return std::nullopt;
+    return Level<3>{found->number, found->way, found->normal, found->metric};
+  }
 
  private:
   const WallMetric& metric_;
@@ -145,6 +150,7 @@ void check_count(double cells) {
 AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
   AdaptOptions options;
   options.quality_floor = r.c.quality_floor;
+  options.align = r.c.align;
   options.end_size = r.layer.h_min;
   for (const SizeGrid& p : body.painted) options.end_size = std::min(options.end_size, p.range().first);
   for (const SizedBox& b : r.sizes.boxes) options.end_size = std::min(options.end_size, b.size);
@@ -305,6 +311,7 @@ Report run_case(const Case& c, Progress* progress) {
 
   stages.stage("fields");
   add_point_fields(mesh, metric, vertex_metric);
+  report.levels = fit_levels(r.layer, mesh.point_fields.front().values);
   add_cell_fields(mesh, metric, vertex_metric);
   stages.done(
       fmt::format("{} point and {} cell fields", mesh.point_fields.size(), mesh.cell_fields.size() + 1));

@@ -59,6 +59,23 @@ std::int64_t Report::cells() const {
 
 std::int64_t Report::box2_cells() const { return cells() - region_count(*this, Region::kBox1); }
 
+LevelFit fit_levels(const BoundaryLayer& layer, const std::vector<double>& phi) {
+  constexpr double kOnLevel = 0.05;
+  LevelFit fit;
+  for (const double height : phi) {
+    if (height < -kOnLevel * layer.h_min || height > layer.top()) continue;
+    const double k = layer.level_at(std::max(height, 0.0));
+    const double offset = std::abs(k - std::round(k));
+    ++fit.points;
+    fit.mean_offset += offset;
+    if (offset > kOnLevel) continue;
+    ++fit.on_level;
+    fit.on_wall += k < 0.5;
+  }
+  if (fit.points > 0) fit.mean_offset /= static_cast<double>(fit.points);
+  return fit;
+}
+
 std::vector<std::string> missed_properties(const Score& score) {
   std::vector<std::string> missed;
   if (!(score.unit_share >= kWantedUnitShare))
@@ -89,6 +106,11 @@ std::string report_json(const Report& r) {
       {"expected_cells", r.expected_cells},
       {"points", r.points},
       {"facets", r.facets},
+      {"levels",
+       {{"points", r.levels.points},
+        {"on_level", r.levels.on_level},
+        {"on_wall", r.levels.on_wall},
+        {"mean_offset", r.levels.mean_offset}}},
       {"mesh_hash", fmt::format("{:016x}", r.mesh_hash)},
       {"validation", to_json(r.validation)},
       {"score", to_json(r.score)},
@@ -124,6 +146,9 @@ std::string report_table(const Report& r) {
   count("  in Box2", r.box2_cells());
   count("  in layers", region_count(r, Region::kLayer));
   count("  inside", region_count(r, Region::kInside));
+  row("on levels",
+      fmt::format("{:.1f} % of the {} points in layers, mean offset {:.3f} of a layer",
+                  percent(r.levels.on_level, r.levels.points), r.levels.points, r.levels.mean_offset));
   row("unit edges", fmt::format("{:.1f} %, metric lengths {:.3g} to {:.3g}", 100.0 * r.score.unit_share,
                                 r.score.length_min, r.score.length_max));
   row("quality", fmt::format("worst {:.3g}, mean {:.3f}", r.score.quality_min, r.score.quality_mean));

@@ -26,6 +26,14 @@ inline constexpr double kWantedQuality = 0.02;
 /// Names of the regions, in the order of Region.
 inline constexpr std::array<const char*, 4> kRegionNames = {"inside", "layer", "Box2", "Box1"};
 
+/// Where the points of the layers lie.
+struct LevelFit {
+  std::int64_t points = 0;    ///< from the wall to the top of the layers
+  std::int64_t on_level = 0;  ///< within 5 % of a layer's thickness of a level
+  std::int64_t on_wall = 0;   ///< of those, on the wall
+  double mean_offset = 0.0;   ///< distance to the nearest level, in layers; 1/4 at random
+};
+
 struct Report {
   std::string version;
   ResolvedCase resolved;
@@ -34,6 +42,7 @@ struct Report {
   LevelSetReport level_set;
   std::array<std::int64_t, 4> region_cells{};  ///< cells with their centroid in each Region
   std::int64_t points = 0, facets = 0;
+  LevelFit levels;
   double expected_cells = 0.0;  ///< as predicted before the run
   Score score;
   std::vector<Region> worst_regions;  ///< of score.worst, in its order
@@ -50,6 +59,9 @@ struct Report {
   /// The paper's columns: all cells in Box2, those of the layer and of the body included.
   [[nodiscard]] std::int64_t box2_cells() const;
 };
+
+/// From the signed distances of all points.
+LevelFit fit_levels(const BoundaryLayer& layer, const std::vector<double>& phi);
 
 /// The lines of Report::missed for a score.
 std::vector<std::string> missed_properties(const Score& score);

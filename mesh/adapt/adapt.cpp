@@ -38,6 +38,7 @@ template <int D>
 void evaluate_metric(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, int now) {
   mesh.metric.resize(mesh.x.size());
   mesh.changed.resize(mesh.x.size(), now);
+  mesh.level.resize(mesh.x.size(), kNoLevel);
   for_each_index(
       mesh.x.size(),
       [&](std::size_t v) {
@@ -138,7 +139,9 @@ void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, co
   const std::size_t cells_per_block = kCellsPerVertex * static_cast<std::size_t>(options.block_vertices);
   Rules rules;
   rules.floor = options.quality_floor;
+  rules.align = options.align == Align::kLayers;
   if (sweeps.size() > kPlainSweeps) rules.swap_below = 0.8;
+  if (rules.align) rules.swap_below -= 0.05;  // a right column has a mean quality of .83
   const std::size_t blocks = block_count(cells.empty() ? mesh.cells.size() : cells.size(), cells_per_block);
   std::vector<std::array<OperatorStats, kOperatorCount>> stats(blocks);
   const auto visit = [&](LocalMesh<D>& local, std::size_t block) {

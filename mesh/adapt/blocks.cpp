@@ -96,6 +96,7 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
         vertex.density = vertex.metric.sqrt_det();
         vertex.tags = mesh.tags[v];
         vertex.changed = mesh.changed[v];
+        vertex.level = mesh.level[v];
         local.vertices.push_back(vertex);
       }
       local.cells[k].v[i] = slot;
@@ -140,6 +141,7 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
         continue;
       }
       mesh.changed[id[v]] = vertex.changed;
+      mesh.level[id[v]] = vertex.level;
       mesh.x[id[v]] = vertex.x;
       mesh.metric[id[v]] = vertex.metric;
       mesh.tags[id[v]] = vertex.tags;
@@ -196,6 +198,7 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
     mesh.metric[kept] = mesh.metric[v];
     mesh.tags[kept] = mesh.tags[v];
     mesh.changed[kept] = mesh.changed[v];
+    mesh.level[kept] = mesh.level[v];
     ++kept;
   }
   std::vector<std::int64_t> vertex_base, cell_base;
@@ -209,6 +212,7 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
   mesh.metric.resize(kept + added);
   mesh.tags.resize(kept + added);
   mesh.changed.resize(kept + added);
+  mesh.level.resize(kept + added);
   mesh.cells.resize(cells);
   mesh.facet_tags.resize(cells);
   for_each_index(
@@ -221,6 +225,7 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
           mesh.metric[v] = r.added[i].metric;
           mesh.tags[v] = r.added[i].tags;
           mesh.changed[v] = r.added[i].changed;
+          mesh.level[v] = r.added[i].level;
         }
         for (std::size_t i = 0; i < r.cells.size(); ++i) {
           auto& cell = mesh.cells[cell_base[b] + static_cast<std::int64_t>(i)];

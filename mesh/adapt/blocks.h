@@ -19,6 +19,7 @@ struct GlobalMesh {
   std::vector<Vec<D>> x;
   std::vector<Metric<D>> metric;
   std::vector<TagSet> tags;
+  std::vector<int> level;    ///< as LocalMesh::Vertex::level
   std::vector<int> changed;  ///< as LocalMesh::Vertex::changed
   std::vector<std::array<Index, D + 1>> cells;
   std::vector<std::array<std::uint8_t, D + 1>> facet_tags;  ///< 0: interior

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "core/metric.h"
@@ -30,6 +31,8 @@ double energy_of(double quality) {
 /// 1e9).
 inline constexpr double kSignIsSafe = 1e6;
 
+inline constexpr int kNoLevel = std::numeric_limits<int>::min();
+
 /// Set of boundary tags a vertex, edge or facet lies on, as bits.
 using TagSet = std::uint32_t;
 constexpr TagSet tag_bit(int tag) { return TagSet{1} << tag; }
@@ -43,6 +46,7 @@ struct LocalMesh {
     TagSet tags = 0;
     Index cell = kNone;      ///< one of its cells; < 0: removed
     bool frozen = false;     ///< on an interface
+    int level = kNoLevel;    ///< the level it was placed on
     int changed = 0;         ///< time when its cells, position or metric last changed, or it was frozen
     std::uint32_t mark = 0;  ///< scratch of Cavity
   };

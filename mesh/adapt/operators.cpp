@@ -11,13 +11,38 @@
 
 namespace lamina::adapt_detail {
 template <int D>
-typename Operators<D>::Vertex Operators<D>::make_vertex(const Vec<D>& x, TagSet tags) const {
-  Vertex p;
-  p.x = x;
-  p.metric = field_.at(x, size_floor_);
+void Operators<D>::evaluate(Vertex& p) const {
+  p.metric = field_.at(p.x, size_floor_);
   p.density = p.metric.sqrt_det();
-  p.tags = tags;
-  return p;
+}
+
+// The part of v that lies in all planes; twice, because planes need not be orthogonal.
+template <int D>
+Vec<D> Operators<D>::within_planes(Vec<D> v, TagSet tags) const {
+  for (int repeat = 0; repeat < 2; ++repeat)
+    for (int t = 1; t < 32; ++t)
+      if (tags & tag_bit(t)) v -= mesh_.normals[t].dot(v) * mesh_.normals[t];
+  return v;
+}
+
+template <int D>
+bool Operators<D>::place_on_level(Vertex& p) const {
+  const std::optional<Level<D>> level = field_.level(p.x, size_floor_);
+  if (!level) return false;
+  p.level = level->number;
+  if (p.tags == 0) {
+    p.x += level->way;
+    p.metric = level->metric;
+    p.density = p.metric.sqrt_det();
+    return true;
+  }
+  const Vec<D> direction = within_planes(level->normal, p.tags);
+  const double along = direction.squaredNorm();
+  constexpr double kAlongPlanes = 0.5;  // a level that a plane cuts at a small angle is out of reach
+  if (along < kAlongPlanes) return false;
+  p.x += level->way.dot(level->normal) / along * direction;
+  evaluate(p);
+  return true;
 }
 
 // Lists edges changed since the last such sweep with length below `low` or above `high`, each once.
@@ -98,7 +123,13 @@ bool Operators<D>::split(const Edge& e, const Rules& rules) {
   const Vec<D> d = b.x - a.x;
   // Halves the metric length when the size varies linearly along the edge.
   const double t = std::clamp(1.0 / (1.0 + std::sqrt(a.metric.length(d) / b.metric.length(d))), 0.25, 0.75);
-  const Vertex p = make_vertex(a.x + t * d, cavity_.edge_tags());
+  Vertex p;
+  p.x = a.x + t * d;
+  p.tags = cavity_.edge_tags();
+  if (!(rules.align && place_on_level(p))) {
+    p.level = kNoLevel;
+    evaluate(p);
+  }
   // A far too long edge may pin bad cells that only its split frees, at first at the price of quality and of
   // short edges, which the next sweeps mend.
   constexpr double kFarTooLong = 2.0;

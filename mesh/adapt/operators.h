@@ -19,6 +19,8 @@ struct Rules {
   double longest_new = 1.6;      ///< no collapse or swap makes an edge longer than this
   double swap_below = 0.75;      ///< cells below this quality are candidates of swaps
   double repair_below = 0.45;    ///< and below this one of repairs
+  bool align = false;            ///< place vertices on the levels of the metric
+  double aligned_floor = 0.2;    ///< quality that moves onto a level may cost
   int enlargements = 6;          ///< cells a cavity may take in before a move is given up
 };
 
@@ -61,7 +63,11 @@ class Operators {
   };
 
   [[nodiscard]] bool changed(Index v) const { return mesh_.vertices[v].changed >= since_; }
-  Vertex make_vertex(const Vec<D>& x, TagSet tags) const;
+  void evaluate(Vertex& p) const;
+  [[nodiscard]] Vec<D> within_planes(Vec<D> v, TagSet tags) const;
+  /// Moves p to the nearest level of the metric, within its planes, and evaluates it there; false when there
+  /// is none in reach.
+  bool place_on_level(Vertex& p) const;
   void collect_edges(double low, double high);
   [[nodiscard]] std::vector<std::pair<double, Index>> bad_cells(double below) const;
   [[nodiscard]] Index find_cell(Index a, Index b, Index hint);
@@ -75,6 +81,8 @@ class Operators {
   bool repair(Index c, const Rules& rules);
   /// Lowers the sum of energy^power over the cells around a; high powers look at the worst cell alone.
   bool smooth(Index a, const Rules& rules, int power);
+  bool align(Index a, const Rules& rules, const NewtonStep& newton);
+  void move(Index a, const Vertex& p);
   NewtonStep newton_step(Index a, int power) const;
   bool improves_ball(Index a, const Vertex& p, double worst, double limit, int power);
 

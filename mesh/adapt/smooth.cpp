@@ -106,38 +106,66 @@ bool Operators<D>::improves_ball(Index a, const Vertex& p, double worst, double 
   return true;
 }
 
+// Moves a to p; the ball of a is the cavity and energies_ holds its cells' new energies.
+template <int D>
+void Operators<D>::move(Index a, const Vertex& p) {
+  mesh_.vertices[a] = p;
+  for (std::size_t i = 0; i < energies_.size(); ++i) {
+    auto& cell = mesh_.cells[cavity_.cells()[i]];
+    cell.energy = energies_[i];
+    for (const Index v : cell.v) mesh_.vertices[v].changed = mesh_.now;
+  }
+}
+
+// Brings a to its level, at any price but the floor's, or along it to where the energy falls. Returns false
+// when a is free: no level is near, or none can be reached.
+template <int D>
+bool Operators<D>::align(Index a, const Rules& rules, const NewtonStep& newton) {
+  const Vertex old = mesh_.vertices[a];
+  const bool aligned = old.level != kNoLevel;
+  if (aligned && newton.gain <= kWorthwhile * newton.energy) return true;
+  constexpr double kPrice = 2.0;  // of a level, in energy of the ball
+  const double limit = aligned ? (1.0 - kWorthwhile) * newton.energy : kPrice * newton.energy;
+  const double worst =
+      std::min(std::max(energy_of<D>(rules.aligned_floor), cavity_.worst_energy()), kSignIsSafe);
+  for (const double fraction : {1.0, 0.5, aligned ? 0.25 : 0.0}) {
+    Vertex p = old;
+    p.x += within_planes(fraction * newton.step, old.tags);
+    if (!place_on_level(p)) break;
+    if (!improves_ball(a, p, worst, limit, 1)) continue;
+    move(a, p);
+    return true;
+  }
+  return aligned;
+}
+
 template <int D>
 bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
   OperatorStats& stats = stats_[kSmooth];
-  const TagSet tags = mesh_.vertices[a].tags;
-  if (std::popcount(tags) >= D) return false;
+  const Vertex old = mesh_.vertices[a];
+  if (std::popcount(old.tags) >= D) return false;
   ++stats.tried;
   cavity_.set_ball(a);
   const NewtonStep newton = newton_step(a, power);
+  if (rules.align && power == 1 && align(a, rules, newton)) {
+    ++stats.accepted;
+    return true;
+  }
   const double limit = (1.0 - kWorthwhile) * newton.energy;
   if (!(newton.gain > kWorthwhile * newton.energy)) return false;
   const double worst = std::min(std::max(energy_of<D>(rules.floor), cavity_.worst_energy()), kSignIsSafe);
   constexpr int kBackoffs = 3;
   double fraction = 1.0;
   for (int k = 0; k < kBackoffs; ++k, fraction *= 0.5) {
-    Vertex p = mesh_.vertices[a];
-    Vec<D> step = fraction * newton.step;
-    for (int repeat = 0; repeat < 2; ++repeat)  // what rounding left; planes need not be orthogonal
-      for (int t = 1; t < 32; ++t)
-        if (tags & tag_bit(t)) step -= mesh_.normals[t].dot(step) * mesh_.normals[t];
-    p.x += step;
+    Vertex p = old;
+    p.level = kNoLevel;
+    p.x += within_planes(fraction * newton.step, old.tags);
     // A step cut short has failed once: the metric of the old place then tells most failures, without the
     // price of a new one.
     if (k > 0 && !improves_ball(a, p, worst, limit, power)) continue;
-    p = make_vertex(p.x, tags);
-    p.cell = mesh_.vertices[a].cell;
+    evaluate(p);
     if (!improves_ball(a, p, worst, limit, power)) continue;
-    mesh_.vertices[a] = p;
-    for (std::size_t i = 0; i < energies_.size(); ++i) {
-      auto& cell = mesh_.cells[cavity_.cells()[i]];
-      cell.energy = energies_[i];
-      for (const Index v : cell.v) mesh_.vertices[v].changed = mesh_.now;
-    }
+    move(a, p);
     ++stats.accepted;
     return true;
   }

@@ -64,6 +64,7 @@ Case unusual_case() {
   c.gradation = 0.0;
   c.growth_inside = 1.7;
   c.chord = Chord::kWall;
+  c.align = Align::kAnywhere;
   c.metric = "solution.meshb";
   c.boxes = {{"wake", {Vec3(1, -0.5, 0), Vec3(2.5, 0.30000000000000004, 1)}, 0.05},
              {"nose", {Vec3(-1, -0.5, 0), Vec3(0.5, 0.5, 1e-17)}, 1e-3}};

@@ -63,6 +63,14 @@ TEST(BoundaryLayer, LevelsByHand) {
   EXPECT_NEAR(b.top_size(), 0.144, 1e-15);
 }
 
+TEST(BoundaryLayer, LevelAtUndoesLevel) {
+  BoundaryLayer b;
+  b.h_min = 1e-4;
+  b.growth = 1.2;
+  for (const int k : {0, 1, 7, 30}) EXPECT_NEAR(b.level_at(b.level(k)), k, 1e-12);
+  EXPECT_NEAR(b.level_at(1.1e-4), std::log(1.22) / std::log(1.2), 1e-12);
+}
+
 TEST(BoundaryLayer, OverridesWin) {
   Flow flow;
   flow.h_min = 1e-3;

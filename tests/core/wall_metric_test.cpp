@@ -104,8 +104,8 @@ TEST(WallMetric, LayersOverAPlane) {
       EXPECT_NEAR(s.metric.size_along(Vec3(1, 1, 0).normalized()), 0.1, 1e-12);
     }
     level += h;
-    EXPECT_NEAR(m.normal_size(Vec3(0, 0, level), level) / h, 1.0, 1e-12)
-        << "a level belongs to the layer below";
+    EXPECT_NEAR(m.normal_size(Vec3(0, 0, level), level) / h, k < 10 ? std::sqrt(1.2) : 1.0, 1e-12)
+        << "on a level the geometric mean of both layers";
   }
 }
 
@@ -324,6 +324,50 @@ TEST(WallMetric, CoarsenedRaisesOnlySmallSizes) {
   const auto c = m.at_coarsened(Vec3(0, 0, 0.5e-3), 0.02);
   EXPECT_NEAR(c.size_along(Vec3::UnitZ()), 0.02, 1e-15);
   EXPECT_NEAR(c.size_along(Vec3::UnitX()), 0.1, 1e-15);
+}
+
+// s_k = h_min (g^k - 1) / (g - 1): 1e-3, 2.2e-3, 3.64e-3 for g = 1.2.
+TEST(WallMetric, NearestLevelOfALayer) {
+  const Plane plane;
+  const WallMetric m(plane, layer(), sizes());
+  const auto expect = [&](double z, double floor, int number, double level) {
+    const auto found = m.level(Vec3(0.1, 0.2, z), floor);
+    ASSERT_TRUE(found) << z;
+    EXPECT_EQ(found->number, number) << z;
+    EXPECT_NEAR(found->way[2], level - z, 1e-15);
+    EXPECT_EQ(found->way.head<2>().norm(), 0.0);
+    EXPECT_EQ(found->normal, Vec3(0, 0, 1));
+    EXPECT_EQ(found->metric.tensor(), m.at_coarsened(Vec3(0.1, 0.2, level), floor).tensor()) << z;
+  };
+  expect(0.0, 0.0, 0, 0.0);
+  expect(4e-4, 0.0, 0, 0.0);
+  expect(6e-4, 0.0, 1, 1e-3);
+  expect(2.9e-3, 0.0, 2, 2.2e-3);
+  expect(3.0e-3, 0.0, 3, 3.64e-3);
+  expect(-6e-4, 0.0, -1, -1e-3);
+  // With sizes of 0.02 the layers are not resolved: the wall alone is.
+  expect(6e-4, 0.02, 0, 0.0);
+  EXPECT_FALSE(m.level(Vec3(0, 0, 0.013), 0.02));
+  EXPECT_FALSE(m.level(Vec3(0, 0, 0.09), 0.0));   // above the layers
+  EXPECT_FALSE(m.level(Vec3(0, 0, -0.02), 0.0));  // below the mirrored ones
+}
+
+// From level to level an edge has length 1, although sizes are constant in each layer.
+TEST(WallMetric, EdgesBetweenLevelsAreUnit) {
+  const Plane plane;
+  const BoundaryLayer b = layer();
+  const WallMetric m(plane, b, sizes());
+  for (int k = 1; k + 1 < b.layers; ++k) {
+    const Vec3 p(0, 0, b.level(k)), q(0, 0, b.level(k + 1));
+    EXPECT_NEAR(edge_length<3>(p, m.at(p), q, m.at(q)), 1.0, 2e-3) << k;
+  }
+}
+
+TEST(WallMetric, LevelsGiveWayToOtherSizes) {
+  const Plane plane;
+  SizeOptions o = sizes();
+  o.boxes.push_back({"fine", {Vec3(-1, -1, -1), Vec3(1, 1, 1)}, 5e-4});
+  EXPECT_FALSE(WallMetric(plane, layer(), o).level(Vec3(0, 0, 3e-3), 0.0));
 }
 
 TEST(WallMetric, RefusesContradictions) {

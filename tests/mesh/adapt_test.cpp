@@ -31,6 +31,21 @@ class TiltedPlane : public AdaptMetric<D> {
     normal_[0] = 0.3;
     normal_.normalize();
   }
+  // Layers that grow by 1.2, as long as they are thinner than h_max.
+  std::optional<Level<D>> level(const Vec<D>& x, double floor) const override {
+    const double s = normal_.dot(x - Vec<D>::Constant(0.5));
+    const double k = std::log1p(0.2 * std::abs(s) / h_min_) / std::log(1.2);
+    const double number = std::round(k);
+    const double spacing = h_min_ * std::pow(1.2, number);
+    if (spacing > h_max_ || spacing < floor) return std::nullopt;
+    const double goal = std::copysign(h_min_ * (std::pow(1.2, number) - 1.0) / 0.2, s);
+    Level<D> found;
+    found.number = static_cast<int>(s < 0.0 ? -number : number);
+    found.way = (goal - s) * normal_;
+    found.normal = normal_;
+    found.metric = at(x + found.way, floor);
+    return found;
+  }
   Metric<D> at(const Vec<D>& x, double floor) const override {
     const double s = normal_.dot(x - Vec<D>::Constant(0.5));
     const double hn = std::max(floor, std::min(h_max_, h_min_ + 0.2 * std::abs(s)));
@@ -106,6 +121,31 @@ TYPED_TEST(Adapt, ThinLayersAreValidAndUnit) {
   }
 }
 
+TYPED_TEST(Adapt, LayersPutVerticesOnLevels) {
+  constexpr int D = TypeParam::value;
+  const double h_min = 1e-3;
+  AdaptOptions options;
+  options.end_size = h_min;
+  options.align = Align::kLayers;
+  const TiltedPlane<D> field(h_min, 0.1);
+  const auto a = adapt_unit_box<D>(field, options);
+  const auto v = validate<D>(a.mesh, unit_box<D>());
+  EXPECT_TRUE(v.ok()) << v.summary();
+  const Score s = score<D>(a.mesh, a.metric);
+  EXPECT_GE(s.unit_share, 0.93);
+  EXPECT_GE(s.quality_min, 0.2);
+  EXPECT_GE(s.quality_mean, 0.78);
+  std::int64_t in_layers = 0, on_level = 0;
+  for (const Vec<D>& x : a.mesh.points) {
+    const auto level = field.level(x, 0.0);
+    if (!level) continue;
+    ++in_layers;
+    on_level += level->way.norm() < 0.05 * h_min * std::pow(1.2, std::abs(level->number));
+  }
+  EXPECT_GT(in_layers, static_cast<std::int64_t>(a.mesh.points.size() / 2));
+  EXPECT_GE(on_level, in_layers * 95 / 100);
+}
+
 // Pieces of 600 vertices: dozens of them, so that interfaces, joins and threads all matter.
 TYPED_TEST(Adapt, SameBitsForEveryThreadCount) {
   constexpr int D = TypeParam::value;
@@ -113,6 +153,7 @@ TYPED_TEST(Adapt, SameBitsForEveryThreadCount) {
   options.end_size = D == 2 ? 1e-3 : 1e-2;
   options.block_vertices = 600;
   options.final_passes = 4;
+  options.align = D == 3 ? Align::kLayers : Align::kAnywhere;
   const TiltedPlane<D> field(options.end_size, D == 2 ? 0.01 : 0.08);
   const auto run = [&](int threads) {
     const ThreadLimit limit(threads);
