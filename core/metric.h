@@ -140,12 +140,16 @@ double mean_ratio(const std::array<const Vec<D>*, D + 1>& x, const Metric<D>& m)
 /// Shape energy of a simplex, mean_ratio^(-D/2): 1 for the regular simplex, infinite when the cell is not
 /// positive. Ranks cells as mean_ratio does, costs no root of degree three, and is smooth in the vertices.
 template <int D>
-double shape_energy(const std::array<const Vec<D>*, D + 1>& x, const Metric<D>& m) {
-  const SimplexMeasure s = measure_simplex<D>(x, m);
+double shape_energy(const SimplexMeasure& s) {
   if (!(s.volume > 0.0)) return std::numeric_limits<double>::infinity();
   constexpr double kRegular = D == 2 ? 0.28867513459481288 : 0.048112522432468816;  // of volume / edges^(D/2)
   if constexpr (D == 2) return kRegular * s.squared_edges / s.volume;
   return kRegular * s.squared_edges * std::sqrt(s.squared_edges) / s.volume;
+}
+
+template <int D>
+double shape_energy(const std::array<const Vec<D>*, D + 1>& x, const Metric<D>& m) {
+  return shape_energy<D>(measure_simplex<D>(x, m));
 }
 
 template <int D>

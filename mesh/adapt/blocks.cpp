@@ -8,28 +8,44 @@
 namespace lamina::adapt_detail {
 namespace {
 
-// Open addressing from a 64-bit key to an index; sized once.
+// Open addressing from ids >= 0 to indices.
 class IndexMap {
  public:
   explicit IndexMap(std::size_t expected) {
     std::size_t size = 16;
     while (size < 2 * expected) size *= 2;
-    keys_.assign(size, kEmpty);
-    values_.resize(size);
+    slots_.assign(size, {kNone, kNone});
   }
-  /// The slot of `key`; `inserted` tells whether it is new.
-  Index& at(std::uint64_t key, bool& inserted) {
-    std::size_t i = (key * 0x9E3779B97F4A7C15ULL) >> 20U & (keys_.size() - 1);
-    while (keys_[i] != kEmpty && keys_[i] != key) i = (i + 1) & (keys_.size() - 1);
-    inserted = keys_[i] == kEmpty;
-    keys_[i] = key;
-    return values_[i];
+  /// The value of `key`, and whether it is new. Valid until the next call.
+  Index& at(Index key, bool& inserted) {
+    if (2 * count_ >= slots_.size()) grow();
+    Slot& s = slot(key);
+    inserted = s.key == kNone;
+    if (inserted) {
+      s.key = key;
+      ++count_;
+    }
+    return s.value;
   }
 
  private:
-  static constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
-  std::vector<std::uint64_t> keys_;
-  std::vector<Index> values_;
+  struct Slot {
+    Index key, value;
+  };
+  Slot& slot(Index key) {
+    std::size_t i = (static_cast<std::uint64_t>(key) * 0x9E3779B97F4A7C15ULL) >> 20U & (slots_.size() - 1);
+    while (slots_[i].key != kNone && slots_[i].key != key) i = (i + 1) & (slots_.size() - 1);
+    return slots_[i];
+  }
+  void grow() {
+    std::vector<Slot> old(2 * slots_.size(), {kNone, kNone});
+    old.swap(slots_);
+    for (const Slot& s : old)
+      if (s.key != kNone) slot(s.key) = s;
+  }
+
+  std::vector<Slot> slots_;
+  std::size_t count_ = 0;
 };
 
 template <int D>
@@ -38,18 +54,50 @@ struct Piece {
   std::vector<Index> global;  // global id of each vertex the piece started with
 };
 
-// Facet key: D vertex ids of 21 bits at least; a piece has far fewer than 2^21 vertices.
+// Facets that wait for their other cell, in a list for each least vertex. Cells follow the curve, and
+// vertices are numbered as they come, so lists are short and near each other; a hash table takes three times
+// as long.
 template <int D>
-std::uint64_t facet_key(std::array<Index, D> f) {
-  std::sort(f.begin(), f.end());
-  std::uint64_t key = 0;
-  for (const Index v : f) key = key << 21U | static_cast<std::uint64_t>(v);
-  return key;
-}
+class OpenFacets {
+ public:
+  explicit OpenFacets(std::size_t vertices) : first_(vertices, kNone) {}
+  /// Takes out and returns the side stored for the facet; stores `side` and returns kNone when there is none.
+  Index match(std::array<Index, D> f, Index side) {
+    std::sort(f.begin(), f.end());
+    Index* link = &first_[f[0]];
+    for (; *link != kNone; link = &open_[*link].next) {
+      Open& o = open_[*link];
+      if (o.middle != f[1] || o.last != f[D - 1]) continue;
+      const Index found = o.side, freed = *link;
+      *link = o.next;
+      o.next = free_;
+      free_ = freed;
+      return found;
+    }
+    Index place = free_;
+    if (place == kNone) {
+      place = static_cast<Index>(open_.size());
+      open_.emplace_back();
+    } else {
+      free_ = open_[place].next;
+    }
+    open_[place] = {f[1], f[D - 1], side, first_[f[0]]};
+    first_[f[0]] = place;
+    return kNone;
+  }
+
+ private:
+  struct Open {
+    Index middle, last, side, next;
+  };
+  std::vector<Index> first_;
+  std::vector<Open> open_;
+  Index free_ = kNone;
+};
 
 template <int D>
 void connect(LocalMesh<D>& local, const std::vector<std::array<std::uint8_t, D + 1>>& tags) {
-  IndexMap open(local.cells.size() * (D + 1) / 2 + 16);
+  OpenFacets<D> open(local.vertices.size());
   for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
     auto& cell = local.cells[c];
     for (int i = 0; i <= D; ++i) {
@@ -57,17 +105,11 @@ void connect(LocalMesh<D>& local, const std::vector<std::array<std::uint8_t, D +
         cell.n[i] = boundary_code(tags[c][i]);
         continue;
       }
-      cell.n[i] = kInterface;
       std::array<Index, D> f;
       for (int k = 0; k < D; ++k) f[k] = cell.v[kCellFacets<D>[i][k]];
-      bool inserted = false;
-      Index& slot = open.at(facet_key<D>(f), inserted);
-      if (inserted) {
-        slot = c * (D + 1) + i;
-      } else {
-        local.cells[slot / (D + 1)].n[slot % (D + 1)] = c;
-        cell.n[i] = slot / (D + 1);
-      }
+      const Index other = open.match(f, c * (D + 1) + i);
+      cell.n[i] = other == kNone ? kInterface : other / (D + 1);
+      if (other != kNone) local.cells[other / (D + 1)].n[other % (D + 1)] = c;
     }
   }
 }
@@ -79,14 +121,14 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
   local.normals = mesh.normals;
   local.cells.resize(count);
   std::vector<std::array<std::uint8_t, D + 1>> tags(count);
-  IndexMap ids(count);
+  IndexMap ids(count / (D == 3 ? 4 : 1));
   for (std::size_t k = 0; k < count; ++k) {
     const Index g = cells[k];
     tags[k] = mesh.facet_tags[g];
     for (int i = 0; i <= D; ++i) {
       const Index v = mesh.cells[g][i];
       bool inserted = false;
-      Index& slot = ids.at(static_cast<std::uint64_t>(v), inserted);
+      Index& slot = ids.at(v, inserted);
       if (inserted) {
         slot = static_cast<Index>(piece.global.size());
         piece.global.push_back(v);
@@ -102,6 +144,7 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
       local.cells[k].v[i] = slot;
       local.vertices[slot].cell = static_cast<Index>(k);
     }
+    local.cells[k].changed = mesh.cell_changed[g];
     local.cells[k].energy = local.energy(local.corners(local.cells[k].v));
   }
   connect<D>(local, tags);
@@ -117,12 +160,13 @@ template <int D>
 struct Result {
   std::vector<std::array<Index, D + 1>> cells;
   std::vector<std::array<std::uint8_t, D + 1>> facet_tags;
+  std::vector<int> changed;  // of the cells
   std::vector<typename LocalMesh<D>::Vertex> added;
   std::vector<Index> frozen;  // vertices on interfaces, listed by every piece that has them
 };
 
 template <int D>
-Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std::uint8_t>& alive) {
+Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std::uint8_t>& alive, int now) {
   const LocalMesh<D>& local = piece.mesh;
   const Index old_count = static_cast<Index>(mesh.x.size());
   Result<D> r;
@@ -150,6 +194,9 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
       r.added.push_back(vertex);
     }
   }
+  r.cells.reserve(local.cells.size());
+  r.facet_tags.reserve(local.cells.size());
+  r.changed.reserve(local.cells.size());
   for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
     if (!local.alive(c)) continue;
     const auto& cell = local.cells[c];
@@ -161,6 +208,8 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
     }
     r.cells.push_back(v);
     r.facet_tags.push_back(t);
+    const bool kept_from = std::find(cell.n.begin(), cell.n.end(), kInterface) != cell.n.end();
+    r.changed.push_back(kept_from ? now : cell.changed);
   }
   return r;
 }
@@ -177,6 +226,7 @@ Result<D> others(const GlobalMesh<D>& mesh, const std::vector<Index>& cells) {
     }
     r.cells.push_back(mesh.cells[c]);
     r.facet_tags.push_back(mesh.facet_tags[c]);
+    r.changed.push_back(mesh.cell_changed[c]);
   }
   return r;
 }
@@ -215,6 +265,7 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
   mesh.level.resize(kept + added);
   mesh.cells.resize(cells);
   mesh.facet_tags.resize(cells);
+  mesh.cell_changed.resize(cells);
   for_each_index(
       results.size(),
       [&](std::size_t b) {
@@ -235,6 +286,7 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
                 v < old_count ? renumber[v] : static_cast<Index>(kept + vertex_base[b] + (v - old_count));
           }
           mesh.facet_tags[cell_base[b] + static_cast<std::int64_t>(i)] = r.facet_tags[i];
+          mesh.cell_changed[cell_base[b] + static_cast<std::int64_t>(i)] = r.changed[i];
         }
       },
       1);
@@ -286,7 +338,7 @@ void block_pass(GlobalMesh<D>& mesh, int pass, int end_of_pass, std::size_t cell
         Piece<D> piece = extract<D>(mesh, order.data() + begin, end - begin);
         visit(piece.mesh, b);
         // Vertices that are not frozen belong to this piece alone, so their slots are written by no one else.
-        results[b] = write_back<D>(piece, mesh, alive);
+        results[b] = write_back<D>(piece, mesh, alive, end_of_pass);
       },
       1);
   if (!all) results.push_back(others(mesh, cells));

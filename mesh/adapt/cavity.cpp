@@ -60,7 +60,7 @@ void Cavity<D>::set_ball(Index a) {
 }
 
 template <int D>
-bool Cavity<D>::set_shell(Index c, Index a, Index b) {
+bool Cavity<D>::set_shell(Index c, Index a, Index b, double worst) {
   begin();
   add(c);
   for (std::size_t k = 0; k < cells_.size(); ++k) {
@@ -72,6 +72,7 @@ bool Cavity<D>::set_shell(Index c, Index a, Index b) {
       if (is_boundary(n)) {
         edge_tags_ |= tag_bit(boundary_tag(n));
       } else if (mesh_.cells[n].mark != mesh_.stamp) {
+        if (mesh_.cells[n].energy > worst) return false;
         add(n);
       }
     }
@@ -286,6 +287,7 @@ Index Cavity<D>::commit(const Vertex& p, Index id) {
     cell.v[0] = id;
     cell.energy = star.energy;
     cell.mark = 0;
+    cell.changed = mesh_.now;
     cell.n[0] = star.outside;
     if (star.outside >= 0) mesh_.cells[star.outside].n[star.back] = slots_[s];
     for (int k = 1; k <= D; ++k) {

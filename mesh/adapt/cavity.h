@@ -26,8 +26,9 @@ class Cavity {
 
   /// All cells around vertex a. REQUIRES that a is not on an interface.
   void set_ball(Index a);
-  /// All cells around the edge a-b of cell c. Returns false when the edge touches an interface.
-  bool set_shell(Index c, Index a, Index b);
+  /// All cells around the edge a-b of cell c. Returns false when the edge touches an interface, or a cell
+  /// other than c has more than that energy.
+  bool set_shell(Index c, Index a, Index b, double worst = kUnbounded);
   /// The two cells that share facet i of cell c. REQUIRES a neighbour there.
   void set_pair(Index c, int i);
   /// Adds the cell across facet i of cavity cell c. Returns false when there is none.

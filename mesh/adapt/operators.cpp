@@ -48,6 +48,9 @@ bool Operators<D>::place_on_level(Vertex& p) const {
 // Lists edges changed since the last such sweep with length below `low` or above `high`, each once.
 template <int D>
 void Operators<D>::collect_edges(double low, double high) {
+  // An edge comes once for each of its cells, most of them soon after the first.
+  constexpr std::size_t kRemembered = 4096;
+  std::vector<std::uint64_t> seen(kRemembered, ~std::uint64_t{0});
   edges_.clear();
   const double low2 = low * low;
   const double high2 = high * high;
@@ -58,6 +61,8 @@ void Operators<D>::collect_edges(double low, double high) {
       Index b = mesh_.cells[c].v[pair[1]];
       if (!changed(a) && !changed(b)) continue;
       if (a > b) std::swap(a, b);
+      const std::uint64_t key = static_cast<std::uint64_t>(a) << 32U | static_cast<std::uint32_t>(b);
+      if (std::exchange(seen[(key * 0x9E3779B97F4A7C15ULL) >> 52U], key) == key) continue;
       const Vec<D> e = mesh_.vertices[b].x - mesh_.vertices[a].x;
       const double la2 = mesh_.vertices[a].metric.map(e).squaredNorm();
       const double lb2 = mesh_.vertices[b].metric.map(e).squaredNorm();

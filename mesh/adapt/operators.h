@@ -57,6 +57,18 @@ class Operators {
     Index a, b, cell;
   };
 
+  struct SwapFacet {  // an outer facet of the cavity of a swap
+    std::array<Index, D> v;
+    std::array<const Vertex*, D> corners;
+    const Vertex* finest = nullptr;  // of the corners; none: corners are not looked up
+    TagSet plane;                    // the boundary it lies on
+    // In the metric of the finest corner: the sides from corner 0, the normal, and the sum of squared sides.
+    bool measured = false;
+    std::array<Vec<D>, D - 1> side;
+    Vec<D> inward;
+    double squares;
+  };
+
   struct NewtonStep {
     Vec<D> step = Vec<D>::Zero();     // in space
     double energy = 0.0, gain = 0.0;  // sum over the ball before the step, and what the step should take off
@@ -77,6 +89,9 @@ class Operators {
   bool may_collapse(Index a, Index b, Index cell);
   bool swap_around(Index c, const Rules& rules);
   void list_vertices(std::vector<Index>& out);
+  void list_facets(const std::array<Index, D + 1>& v, int move);
+  double star_energy(const Vertex& p, SwapFacet& f);
+  bool may_star(Index v, double worst, double limit);
   void list_apexes(const std::array<Index, D + 1>& v, int move, std::vector<Index>& apexes);
   bool repair(Index c, const Rules& rules);
   /// Lowers the sum of energy^power over the cells around a; high powers look at the worst cell alone.
@@ -94,6 +109,8 @@ class Operators {
   std::vector<Edge> edges_;
   std::vector<Index> neighbors_;
   std::vector<double> energies_;
+  std::vector<SwapFacet> facets_;
+  std::size_t facet_count_ = 0;
   std::array<OperatorStats, kOperatorCount> stats_;
 };
 

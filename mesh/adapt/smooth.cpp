@@ -23,6 +23,34 @@ double raised(double energy, int power) {
   return result;
 }
 
+// Adds gradient and Hessian e u, e h in the metric space of m to those in a space that `to_space` leads from.
+// Both ways are upper triangles.
+template <int D>
+void add_in_metric(const Metric<D>& m, const Mat<D>& to_space, double e, const Vec<D>& u, const Mat<D>& h,
+                   Vec<D>& gradient, Mat<D>& hessian) {
+  const Mat<D> factor = m.factor();
+  Mat<D> way, turned;
+  for (int j = 0; j < D; ++j) {
+    for (int i = 0; i <= j; ++i) {
+      way(i, j) = factor(i, i) * to_space(i, j);
+      for (int k = i + 1; k <= j; ++k) way(i, j) += factor(i, k) * to_space(k, j);
+    }
+    for (int i = 0; i < D; ++i) {
+      turned(i, j) = h(i, 0) * way(0, j);
+      for (int k = 1; k <= j; ++k) turned(i, j) += h(i, k) * way(k, j);
+    }
+    for (int k = 0; k <= j; ++k) gradient[j] += e * way(k, j) * u[k];
+  }
+  for (int j = 0; j < D; ++j) {
+    for (int i = 0; i <= j; ++i) {
+      double sum = 0.0;
+      for (int k = 0; k <= i; ++k) sum += way(k, i) * turned(k, j);
+      hessian(i, j) += e * sum;
+      if (i != j) hessian(j, i) = hessian(i, j);
+    }
+  }
+}
+
 }  // namespace
 
 // Minimises sum energy^power over the cells of the ball of a, to second order and with their metrics held.
@@ -62,9 +90,7 @@ typename Operators<D>::NewtonStep Operators<D>::newton_step(Index a, int power) 
     const Vec<D> u = power * (0.5 * D * ds - dv);
     Mat<D> h = u * u.transpose() + power * (dv * dv.transpose() - 0.5 * D * ds * ds.transpose());
     h.diagonal().array() += power * D * D / s;
-    const Mat<D> from_a = m.factor() * to_space;
-    gradient += from_a.transpose() * (e * u);
-    hessian += from_a.transpose() * (e * h) * from_a;
+    add_in_metric<D>(m, to_space, e, u, h, gradient, hessian);
     result.energy += e;
   }
   std::array<Vec<D>, D> fixed;  // orthonormal directions in which a may not move
@@ -113,6 +139,7 @@ void Operators<D>::move(Index a, const Vertex& p) {
   for (std::size_t i = 0; i < energies_.size(); ++i) {
     auto& cell = mesh_.cells[cavity_.cells()[i]];
     cell.energy = energies_[i];
+    cell.changed = mesh_.now;
     for (const Index v : cell.v) mesh_.vertices[v].changed = mesh_.now;
   }
 }

@@ -25,6 +25,81 @@ void Operators<D>::list_apexes(const std::array<Index, D + 1>& v, int move, std:
   std::erase_if(apexes, [&](Index w) { return w == a || w == b; });
   const bool closed = cavity_.edge_tags() == 0;
   if (closed && (D == 2 || apexes.size() == 3)) apexes.resize(1);
+  if (closed && apexes.size() == 4) apexes.resize(2);
+}
+
+// The outer facets of the cavity that an apex of the move can see.
+template <int D>
+void Operators<D>::list_facets(const std::array<Index, D + 1>& v, int move) {
+  constexpr int kEdges = static_cast<int>(kCellEdges<D>.size());
+  facet_count_ = 0;
+  const auto list = [&](const typename Local::Cell& cell, int i) {
+    if (facet_count_ == facets_.size()) facets_.emplace_back();
+    SwapFacet& f = facets_[facet_count_++];
+    for (int k = 0; k < D; ++k) f.v[k] = cell.v[kCellFacets<D>[i][k]];
+    f.plane = is_boundary(cell.n[i]) ? tag_bit(boundary_tag(cell.n[i])) : 0;
+    f.finest = nullptr;
+  };
+  if (move >= kEdges) {  // facets of the first cell contain the apex
+    const auto& cell = mesh_.cells[cavity_.cells()[1]];
+    for (int i = 0; i <= D; ++i)
+      if (cell.n[i] != cavity_.cells()[0]) list(cell, i);
+    return;
+  }
+  const Index a = v[kCellEdges<D>[move][0]];
+  const Index b = v[kCellEdges<D>[move][1]];
+  for (const Index c : cavity_.cells()) {
+    const auto& cell = mesh_.cells[c];
+    for (int i = 0; i <= D; ++i)
+      if (cell.v[i] == a || cell.v[i] == b || is_boundary(cell.n[i])) list(cell, i);
+  }
+}
+
+// Energy of the simplex of p and the facet. What does not depend on p is kept for the next apex.
+template <int D>
+double Operators<D>::star_energy(const Vertex& p, SwapFacet& f) {
+  if (f.finest == nullptr) {
+    for (int k = 0; k < D; ++k) {
+      f.corners[k] = &mesh_.vertices[f.v[k]];
+      if (k == 0 || f.corners[k]->density > f.finest->density) f.finest = f.corners[k];
+    }
+    f.measured = false;
+  }
+  if (D == 2 || p.density >= f.finest->density) {
+    typename Local::Corners w;
+    w[0] = &p;
+    for (int k = 0; k < D; ++k) w[k + 1] = f.corners[k];
+    return Local::energy(w);
+  }
+  const Metric<D>& m = f.finest->metric;
+  if constexpr (D == 3) {
+    if (!f.measured) {
+      f.measured = true;
+      f.side = {m.map(f.corners[1]->x - f.corners[0]->x), m.map(f.corners[2]->x - f.corners[0]->x)};
+      f.inward = f.side[1].cross(f.side[0]);
+      f.squares = f.side[0].squaredNorm() + f.side[1].squaredNorm() + (f.side[0] - f.side[1]).squaredNorm();
+    }
+  }
+  const Vec<D> y = m.map(p.x - f.corners[0]->x);
+  double squares = f.squares + y.squaredNorm();
+  for (const Vec<D>& side : f.side) squares += (y - side).squaredNorm();
+  return shape_energy<D>(SimplexMeasure{squares, f.inward.dot(y)});
+}
+
+// Whether all cells that vertex v would make with the outer facets are below `worst` and their excess is
+// below the limit; most apexes fail at the first or second cell.
+template <int D>
+bool Operators<D>::may_star(Index v, double worst, double limit) {
+  const Vertex& p = mesh_.vertices[v];
+  double excess = 0.0;
+  for (std::size_t k = 0; k < facet_count_; ++k) {
+    SwapFacet& f = facets_[k];
+    if ((f.plane & p.tags) != 0 || std::find(f.v.begin(), f.v.end(), v) != f.v.end()) continue;
+    const double energy = star_energy(p, f);
+    excess += energy - 1.0;
+    if (!(energy < worst) || excess >= limit) return false;
+  }
+  return true;
 }
 
 // Tries every shell and facet pair of a bad cell, starred from each possible apex; the best proposal is
@@ -38,27 +113,29 @@ bool Operators<D>::swap_around(Index c, const Rules& rules) {
   int best_move = -1;
   Index best_vertex = kNone;
   constexpr int kEdges = static_cast<int>(kCellEdges<D>.size());
+  // Worst cells come first, so a shell whose worst cell is another one has been tried already.
   const auto set = [&](int move) {
     if (move < kEdges)
-      return cavity_.set_shell(c, cell.v[kCellEdges<D>[move][0]], cell.v[kCellEdges<D>[move][1]]);
-    if (cell.n[move - kEdges] < 0) return false;
+      return cavity_.set_shell(c, cell.v[kCellEdges<D>[move][0]], cell.v[kCellEdges<D>[move][1]],
+                               cell.energy);
+    const Index n = cell.n[move - kEdges];
+    if (n < 0 || mesh_.cells[n].energy > cell.energy) return false;
     cavity_.set_pair(c, move - kEdges);
     return true;
   };
-  std::vector<Index> candidates;
+  const auto is_new = [&](Index k) { return mesh_.cells[k].changed >= since_; };
   for (int move = 0; move < (D == 3 ? kEdges + D + 1 : kEdges); ++move) {
-    if (!set(move)) continue;
-    // Worst cells come first, so a shell whose worst cell is another one has been tried already.
-    const double old = cavity_.worst_energy();
-    if (old > cell.energy) continue;
-    const double worst = std::max(ceiling, old);
+    if (!set(move) || std::none_of(cavity_.cells().begin(), cavity_.cells().end(), is_new)) continue;
+    const double worst = std::max(ceiling, cell.energy);
     const double excess = cavity_.excess();
     // Smaller gains would keep the whole mesh moving for ever.
     const double least_gain = 0.003 * (excess + static_cast<double>(cavity_.cells().size()));
-    list_apexes(cell.v, move, candidates);
-    for (const Index v : candidates) {
+    list_apexes(cell.v, move, neighbors_);
+    list_facets(cell.v, move);
+    for (const Index v : neighbors_) {
       ++stats.tried;
       const double limit = excess - std::max(least_gain, best_gain);
+      if (!may_star(v, worst, limit)) continue;
       if (!cavity_.propose(mesh_.vertices[v], v, worst, kNone, limit)) continue;
       double longest = 0.0;
       for (const Index w : cavity_.link())
