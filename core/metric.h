@@ -113,18 +113,21 @@ struct SimplexMeasure {
 
 template <int D>
 SimplexMeasure measure_simplex(const std::array<const Vec<D>*, D + 1>& x, const Metric<D>& m) {
+  // The edges e from vertex 0 tell all the others: the squares of all sum up to (D + 1) sum |e|^2 - |sum
+  // e|^2, which is at least sum |e|^2, so that nothing cancels.
   std::array<Vec<D>, D> e;
-  double sum = 0.0;
+  double squares = 0.0;
+  Vec<D> sum = Vec<D>::Zero();
   for (int i = 0; i < D; ++i) {
     e[i] = m.map(*x[i + 1] - *x[0]);
-    sum += e[i].squaredNorm();
+    squares += e[i].squaredNorm();
+    sum += e[i];
   }
-  for (int i = 0; i < D; ++i)
-    for (int j = i + 1; j < D; ++j) sum += (e[i] - e[j]).squaredNorm();
+  squares = (D + 1) * squares - sum.squaredNorm();
   if constexpr (D == 2) {
-    return {sum, e[0][0] * e[1][1] - e[0][1] * e[1][0]};
+    return {squares, e[0][0] * e[1][1] - e[0][1] * e[1][0]};
   } else {
-    return {sum, e[0].dot(e[1].cross(e[2]))};
+    return {squares, e[0].dot(e[1].cross(e[2]))};
   }
 }
 

@@ -47,12 +47,6 @@ void evaluate_metric(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double fl
         mesh.metric[v] = m;
       },
       256);
-  mesh.cell_changed.resize(mesh.cells.size(), now);
-  for_each_index(mesh.cells.size(), [&](std::size_t c) {
-    const auto& cell = mesh.cells[c];
-    if (std::any_of(cell.begin(), cell.end(), [&](Index v) { return mesh.changed[v] == now; }))
-      mesh.cell_changed[c] = now;
-  });
 }
 
 template <int D>
@@ -214,10 +208,7 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
     const bool last = k + 1 == floors.size();
     evaluate_metric(global, field, floors[k], begin_of(pass));
     // Polishing looks at what the plain passes left alone.
-    if (last) {
-      std::fill(global.changed.begin(), global.changed.end(), begin_of(pass));
-      std::fill(global.cell_changed.begin(), global.cell_changed.end(), begin_of(pass));
-    }
+    if (last) std::fill(global.changed.begin(), global.changed.end(), begin_of(pass));
     const int passes = last ? options.final_passes : options.passes_per_step;
     for (int i = 0; i < passes; ++i, ++pass) {
       if (progress) progress->check_cancelled();

@@ -1,6 +1,7 @@
 #include "mesh/adapt/blocks.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/hilbert.h"
 #include "core/parallel.h"
@@ -144,7 +145,6 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
       local.cells[k].v[i] = slot;
       local.vertices[slot].cell = static_cast<Index>(k);
     }
-    local.cells[k].changed = mesh.cell_changed[g];
     local.cells[k].energy = local.energy(local.corners(local.cells[k].v));
   }
   connect<D>(local, tags);
@@ -160,13 +160,13 @@ template <int D>
 struct Result {
   std::vector<std::array<Index, D + 1>> cells;
   std::vector<std::array<std::uint8_t, D + 1>> facet_tags;
-  std::vector<int> changed;  // of the cells
+  std::vector<Index> kept;  // vertices that were there before, as the piece numbers them
   std::vector<typename LocalMesh<D>::Vertex> added;
   std::vector<Index> frozen;  // vertices on interfaces, listed by every piece that has them
 };
 
 template <int D>
-Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std::uint8_t>& alive, int now) {
+Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std::uint8_t>& alive) {
   const LocalMesh<D>& local = piece.mesh;
   const Index old_count = static_cast<Index>(mesh.x.size());
   Result<D> r;
@@ -180,6 +180,7 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
     }
     if (known) {
       id[v] = piece.global[v];
+      r.kept.push_back(id[v]);
       if (vertex.frozen) {
         r.frozen.push_back(id[v]);
         continue;
@@ -196,7 +197,6 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
   }
   r.cells.reserve(local.cells.size());
   r.facet_tags.reserve(local.cells.size());
-  r.changed.reserve(local.cells.size());
   for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
     if (!local.alive(c)) continue;
     const auto& cell = local.cells[c];
@@ -208,8 +208,6 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
     }
     r.cells.push_back(v);
     r.facet_tags.push_back(t);
-    const bool kept_from = std::find(cell.n.begin(), cell.n.end(), kInterface) != cell.n.end();
-    r.changed.push_back(kept_from ? now : cell.changed);
   }
   return r;
 }
@@ -218,6 +216,8 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
 template <int D>
 Result<D> others(const GlobalMesh<D>& mesh, const std::vector<Index>& cells) {
   Result<D> r;
+  r.kept.resize(mesh.x.size());  // those of the pieces have their numbers by then
+  std::iota(r.kept.begin(), r.kept.end(), 0);
   auto skip = cells.begin();
   for (Index c = 0; c < static_cast<Index>(mesh.cells.size()); ++c) {
     if (skip != cells.end() && *skip == c) {
@@ -226,67 +226,64 @@ Result<D> others(const GlobalMesh<D>& mesh, const std::vector<Index>& cells) {
     }
     r.cells.push_back(mesh.cells[c]);
     r.facet_tags.push_back(mesh.facet_tags[c]);
-    r.changed.push_back(mesh.cell_changed[c]);
   }
   return r;
 }
 
-// Joins the results in piece order and closes the gaps that removed vertices left.
+// Moves the values of the vertices that stay to their new places, and adds those of new ones.
+template <int D, class T, class Member>
+void renumber_values(std::vector<T>& values, const std::vector<Index>& renumber, Index count,
+                     const std::vector<Result<D>>& results, const std::vector<Index>& added_base,
+                     Member member) {
+  std::vector<T> out(count);
+  for_each_index(renumber.size(), [&](std::size_t v) {
+    if (renumber[v] != kNone) out[renumber[v]] = values[v];
+  });
+  for (std::size_t b = 0; b < results.size(); ++b)
+    for (std::size_t i = 0; i < results[b].added.size(); ++i)
+      out[added_base[b] + static_cast<Index>(i)] = results[b].added[i].*member;
+  values.swap(out);
+}
+
+// Joins the results in piece order. Vertices are numbered as pieces list them, so that those near each other
+// in space are near in memory.
 template <int D>
 void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std::vector<std::uint8_t>& alive,
           int now) {
+  using Vertex = typename LocalMesh<D>::Vertex;
   const auto old_count = static_cast<Index>(mesh.x.size());
   // What an interface kept from being tried is tried in the next pass.
   for (const auto& r : results)
     for (const Index v : r.frozen) mesh.changed[v] = now;
-  std::vector<Index> renumber(alive.size(), kNone);
-  Index kept = 0;
-  for (Index v = 0; v < old_count; ++v) {
-    if (!alive[v]) continue;
-    renumber[v] = kept;
-    mesh.x[kept] = mesh.x[v];
-    mesh.metric[kept] = mesh.metric[v];
-    mesh.tags[kept] = mesh.tags[v];
-    mesh.changed[kept] = mesh.changed[v];
-    mesh.level[kept] = mesh.level[v];
-    ++kept;
-  }
-  std::vector<std::int64_t> vertex_base, cell_base;
+  std::vector<Index> renumber(alive.size(), kNone), added_base;
+  std::vector<std::int64_t> cell_base;
+  Index count = 0;
   for (const auto& r : results) {
-    vertex_base.push_back(static_cast<std::int64_t>(r.added.size()));
+    for (const Index v : r.kept)
+      if (alive[v] && renumber[v] == kNone) renumber[v] = count++;
+    added_base.push_back(count);
+    count += static_cast<Index>(r.added.size());
     cell_base.push_back(static_cast<std::int64_t>(r.cells.size()));
   }
-  const auto added = exclusive_scan(vertex_base);
+  renumber_values<D>(mesh.x, renumber, count, results, added_base, &Vertex::x);
+  renumber_values<D>(mesh.metric, renumber, count, results, added_base, &Vertex::metric);
+  renumber_values<D>(mesh.tags, renumber, count, results, added_base, &Vertex::tags);
+  renumber_values<D>(mesh.changed, renumber, count, results, added_base, &Vertex::changed);
+  renumber_values<D>(mesh.level, renumber, count, results, added_base, &Vertex::level);
   const auto cells = exclusive_scan(cell_base);
-  mesh.x.resize(kept + added);
-  mesh.metric.resize(kept + added);
-  mesh.tags.resize(kept + added);
-  mesh.changed.resize(kept + added);
-  mesh.level.resize(kept + added);
   mesh.cells.resize(cells);
   mesh.facet_tags.resize(cells);
-  mesh.cell_changed.resize(cells);
   for_each_index(
       results.size(),
       [&](std::size_t b) {
         const auto& r = results[b];
-        for (std::size_t i = 0; i < r.added.size(); ++i) {
-          const auto v = kept + vertex_base[b] + static_cast<std::int64_t>(i);
-          mesh.x[v] = r.added[i].x;
-          mesh.metric[v] = r.added[i].metric;
-          mesh.tags[v] = r.added[i].tags;
-          mesh.changed[v] = r.added[i].changed;
-          mesh.level[v] = r.added[i].level;
-        }
         for (std::size_t i = 0; i < r.cells.size(); ++i) {
           auto& cell = mesh.cells[cell_base[b] + static_cast<std::int64_t>(i)];
           for (int k = 0; k <= D; ++k) {
             const Index v = r.cells[i][k];
-            cell[k] =
-                v < old_count ? renumber[v] : static_cast<Index>(kept + vertex_base[b] + (v - old_count));
+            cell[k] = v < old_count ? renumber[v] : added_base[b] + (v - old_count);
           }
           mesh.facet_tags[cell_base[b] + static_cast<std::int64_t>(i)] = r.facet_tags[i];
-          mesh.cell_changed[cell_base[b] + static_cast<std::int64_t>(i)] = r.changed[i];
         }
       },
       1);
@@ -338,7 +335,7 @@ void block_pass(GlobalMesh<D>& mesh, int pass, int end_of_pass, std::size_t cell
         Piece<D> piece = extract<D>(mesh, order.data() + begin, end - begin);
         visit(piece.mesh, b);
         // Vertices that are not frozen belong to this piece alone, so their slots are written by no one else.
-        results[b] = write_back<D>(piece, mesh, alive, end_of_pass);
+        results[b] = write_back<D>(piece, mesh, alive);
       },
       1);
   if (!all) results.push_back(others(mesh, cells));

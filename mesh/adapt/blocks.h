@@ -22,7 +22,6 @@ struct GlobalMesh {
   std::vector<int> level;    ///< as LocalMesh::Vertex::level
   std::vector<int> changed;  ///< as LocalMesh::Vertex::changed
   std::vector<std::array<Index, D + 1>> cells;
-  std::vector<int> cell_changed;                            ///< as LocalMesh::Cell::changed
   std::vector<std::array<std::uint8_t, D + 1>> facet_tags;  ///< 0: interior
   std::array<Vec<D>, 32> normals;
   Box<D> bounds;

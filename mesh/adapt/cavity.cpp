@@ -287,7 +287,6 @@ Index Cavity<D>::commit(const Vertex& p, Index id) {
     cell.v[0] = id;
     cell.energy = star.energy;
     cell.mark = 0;
-    cell.changed = mesh_.now;
     cell.n[0] = star.outside;
     if (star.outside >= 0) mesh_.cells[star.outside].n[star.back] = slots_[s];
     for (int k = 1; k <= D; ++k) {

@@ -55,8 +55,6 @@ struct LocalMesh {
     std::array<Index, D + 1> n;  ///< across the facet opposite to v[i]
     double energy = 0.0;         ///< shape_energy() in the largest of its vertices' metrics
     std::uint32_t mark = 0;
-    int changed = 0;  ///< time when it was made, a vertex of it last moved or changed its metric, or an
-                      ///< interface kept it from being tried
   };
 
   std::vector<Vertex> vertices;

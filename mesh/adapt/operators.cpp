@@ -19,7 +19,7 @@ void Operators<D>::evaluate(Vertex& p) const {
 // The part of v that lies in all planes; twice, because planes need not be orthogonal.
 template <int D>
 Vec<D> Operators<D>::within_planes(Vec<D> v, TagSet tags) const {
-  for (int repeat = 0; repeat < 2; ++repeat)
+  for (int repeat = 0; tags != 0 && repeat < 2; ++repeat)
     for (int t = 1; t < 32; ++t)
       if (tags & tag_bit(t)) v -= mesh_.normals[t].dot(v) * mesh_.normals[t];
   return v;

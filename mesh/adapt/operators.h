@@ -62,10 +62,10 @@ class Operators {
     std::array<const Vertex*, D> corners;
     const Vertex* finest = nullptr;  // of the corners; none: corners are not looked up
     TagSet plane;                    // the boundary it lies on
-    // In the metric of the finest corner: the sides from corner 0, the normal, and the sum of squared sides.
+    // In the metric of the finest corner: the normal, the sum of the sides from corner 0, and the squares of
+    // the sides.
     bool measured = false;
-    std::array<Vec<D>, D - 1> side;
-    Vec<D> inward;
+    Vec<D> inward, sum;
     double squares;
   };
 

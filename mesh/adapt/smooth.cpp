@@ -5,7 +5,7 @@
 // Hessian is well conditioned at any aspect ratio. Against steps to the weighted mean of the ideal apexes of
 // the cells it lifts the worst quality from .39 to .62 and the mean by .005 on a tilted plane, at no more
 // cost.
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -95,7 +95,7 @@ typename Operators<D>::NewtonStep Operators<D>::newton_step(Index a, int power) 
   }
   std::array<Vec<D>, D> fixed;  // orthonormal directions in which a may not move
   int fixed_count = 0;
-  for (int t = 1; t < 32 && fixed_count < D; ++t) {
+  for (int t = 1; va.tags != 0 && t < 32 && fixed_count < D; ++t) {
     if (!(va.tags & tag_bit(t))) continue;
     Vec<D> n = (to_space.transpose() * mesh_.normals[t]).normalized();
     for (int k = 0; k < fixed_count; ++k) n -= fixed[k].dot(n) * fixed[k];
@@ -106,7 +106,7 @@ typename Operators<D>::NewtonStep Operators<D>::newton_step(Index a, int power) 
     gradient = along * gradient;
     hessian = along * hessian * along + hessian.trace() * fixed[k] * fixed[k].transpose();
   }
-  Vec<D> y = -hessian.ldlt().solve(gradient);
+  Vec<D> y = -(hessian.inverse() * gradient);
   const double length = y.norm();
   if (!std::isfinite(length)) return result;
   if (length > kLongestStep) y *= kLongestStep / length;
@@ -139,7 +139,6 @@ void Operators<D>::move(Index a, const Vertex& p) {
   for (std::size_t i = 0; i < energies_.size(); ++i) {
     auto& cell = mesh_.cells[cavity_.cells()[i]];
     cell.energy = energies_[i];
-    cell.changed = mesh_.now;
     for (const Index v : cell.v) mesh_.vertices[v].changed = mesh_.now;
   }
 }

@@ -75,14 +75,15 @@ double Operators<D>::star_energy(const Vertex& p, SwapFacet& f) {
   if constexpr (D == 3) {
     if (!f.measured) {
       f.measured = true;
-      f.side = {m.map(f.corners[1]->x - f.corners[0]->x), m.map(f.corners[2]->x - f.corners[0]->x)};
-      f.inward = f.side[1].cross(f.side[0]);
-      f.squares = f.side[0].squaredNorm() + f.side[1].squaredNorm() + (f.side[0] - f.side[1]).squaredNorm();
+      const Vec<D> s = m.map(f.corners[1]->x - f.corners[0]->x);
+      const Vec<D> t = m.map(f.corners[2]->x - f.corners[0]->x);
+      f.inward = t.cross(s);
+      f.sum = s + t;
+      f.squares = 3.0 * (s.squaredNorm() + t.squaredNorm()) - 2.0 * s.dot(t);
     }
   }
   const Vec<D> y = m.map(p.x - f.corners[0]->x);
-  double squares = f.squares + y.squaredNorm();
-  for (const Vec<D>& side : f.side) squares += (y - side).squaredNorm();
+  const double squares = f.squares + 3.0 * y.squaredNorm() - 2.0 * y.dot(f.sum);
   return shape_energy<D>(SimplexMeasure{squares, f.inward.dot(y)});
 }
 
@@ -123,9 +124,8 @@ bool Operators<D>::swap_around(Index c, const Rules& rules) {
     cavity_.set_pair(c, move - kEdges);
     return true;
   };
-  const auto is_new = [&](Index k) { return mesh_.cells[k].changed >= since_; };
   for (int move = 0; move < (D == 3 ? kEdges + D + 1 : kEdges); ++move) {
-    if (!set(move) || std::none_of(cavity_.cells().begin(), cavity_.cells().end(), is_new)) continue;
+    if (!set(move)) continue;
     const double worst = std::max(ceiling, cell.energy);
     const double excess = cavity_.excess();
     // Smaller gains would keep the whole mesh moving for ever.
