@@ -25,6 +25,7 @@ void Operators<D>::list_apexes(const std::array<Index, D + 1>& v, int move, std:
   std::erase_if(apexes, [&](Index w) { return w == a || w == b; });
   const bool closed = cavity_.edge_tags() == 0;
   if (closed && (D == 2 || apexes.size() == 3)) apexes.resize(1);
+  // Opposite apexes of a ring of four give the same cells; the first two are of one cell, so neighbours.
   if (closed && apexes.size() == 4) apexes.resize(2);
 }
 
