@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -115,6 +116,19 @@ TEST(Report, MissedProperties) {
   EXPECT_EQ(missed_properties(s)[1], "worst quality: 0.01 near (1, 2, 3), wanted at least 0.02");
   s.unit_share = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(missed_properties(s).size(), 2U);
+}
+
+// Levels at 0, 1e-3, 2.2e-3; the top of two layers is 2.2e-3.
+TEST(Report, PointsOnLevels) {
+  BoundaryLayer b;
+  b.h_min = 1e-3;
+  b.growth = 1.2;
+  b.layers = 2;
+  const LevelFit fit = fit_levels(b, {0.0, 1e-3, 2.2e-3, -1e-2, 3e-3, 1e-3 * (std::sqrt(1.2) - 1.0) / 0.2});
+  EXPECT_EQ(fit.points, 4);
+  EXPECT_EQ(fit.on_level, 3);
+  EXPECT_EQ(fit.on_wall, 1);
+  EXPECT_NEAR(fit.mean_offset, 0.125, 1e-6);  // one of four half a layer away
 }
 
 }  // namespace

@@ -161,7 +161,8 @@ Json operators_json(const AdaptSummary& adapt) {
                    {"accepted", o.accepted},
                    {"rejected_quality", o.rejected_quality},
                    {"rejected_length", o.rejected_length},
-                   {"rejected_class", o.rejected_class}});
+                   {"rejected_class", o.rejected_class},
+                   {"seconds", o.seconds}});
   return out;
 }
 
