@@ -17,13 +17,16 @@ void require_positive(const char* option, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) reject(option, value, "must be > 0");
 }
 
+// The real number k of layers that reach up to a height.
+double level_number(double height, double h_min, double growth) {
+  return std::log1p(height * (growth - 1.0) / h_min) / std::log(growth);
+}
+
 }  // namespace
 
 double BoundaryLayer::level(int k) const { return h_min * (std::pow(growth, k) - 1.0) / (growth - 1.0); }
 
-double BoundaryLayer::level_at(double height) const {
-  return std::log1p(height * (growth - 1.0) / h_min) / std::log(growth);
-}
+double BoundaryLayer::level_at(double height) const { return level_number(height, h_min, growth); }
 
 double BoundaryLayer::top_size() const { return h_min * std::pow(growth, layers - 1); }
 
@@ -46,7 +49,7 @@ double layer_thickness(double reynolds, double length, Regime regime) {
 int layer_count(double delta, double h_min, double growth) {
   // The small slack keeps a delta that is a level itself (given back by --layers) at its own count.
   constexpr double kSlack = 1e-9;
-  const double n = std::log1p(delta * (growth - 1.0) / h_min) / std::log(growth);
+  const double n = level_number(delta, h_min, growth);
   return std::max(1, static_cast<int>(std::ceil(n - kSlack)));
 }
 

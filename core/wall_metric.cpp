@@ -285,22 +285,30 @@ Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, double floor)
   return intersect(m, Metric<3>::from_frame(p.axes, p.sizes.cwiseMax(floor)));
 }
 
-// Faces of the domain that carry layers are walls like any part of the body.
-Metric<3> WallMetric::walls_metric(const Vec3& x, const WallPoint& body, double floor) const {
-  if (!has_walls_) return metric(x, body, body, {}, floor);
-  std::array<WallPoint, 7> walls;
-  std::size_t count = 0, main = 0;
-  walls[count++] = body;
+// The body and the faces of the domain that carry layers, which are walls like any part of it.
+WallMetric::Walls WallMetric::list_walls(const Vec3& x, const WallPoint& body) const {
+  Walls walls;
+  auto& points = walls.points;
+  std::size_t main = 0;
+  points[walls.count++] = body;
   for (std::size_t face = 0; face < 6; ++face) {
     if (!sizes_.walls[face]) continue;
-    walls[count] = face_wall(x, face);
+    WallPoint& point = points[walls.count];
+    point = face_wall(x, face);
     // Inside the body nobody needs the face's layers: they fade with the depth.
-    walls[count].phi += std::max(0.0, -body.phi);
-    if (std::abs(walls[count].phi) < std::abs(walls[main].phi)) main = count;
-    ++count;
+    point.phi += std::max(0.0, -body.phi);
+    if (std::abs(point.phi) < std::abs(points[main].phi)) main = walls.count;
+    ++walls.count;
   }
-  std::swap(walls[0], walls[main]);
-  return metric(x, body, walls[0], {walls.data() + 1, count - 1}, floor);
+  std::swap(points[0], points[main]);
+  walls.on_face = main != 0;
+  return walls;
+}
+
+Metric<3> WallMetric::walls_metric(const Vec3& x, const WallPoint& body, double floor) const {
+  if (!has_walls_) return metric(x, body, body, {}, floor);
+  const Walls walls = list_walls(x, body);
+  return metric(x, body, walls.points[0], {walls.points.data() + 1, walls.count - 1}, floor);
 }
 
 WallPoint WallMetric::face_wall(const Vec3& x, std::size_t face) const {
@@ -320,16 +328,13 @@ Metric<3> WallMetric::at_coarsened(const Vec3& x, double floor) const {
   return metric(x, wall_->at(x), floor);
 }
 
-std::optional<LayerLevel> WallMetric::level(const Vec3& x, double floor) const {
-  const WallPoint body = wall_->at(x);
-  WallPoint wall = body;
+std::optional<Level<3>> WallMetric::level(const Vec3& x, double floor) const {
+  WallPoint wall = wall_->at(x);
   bool on_face = false;
-  for (std::size_t face = 0; has_walls_ && face < 6; ++face) {
-    if (!sizes_.walls[face] || body.phi < 0.0) continue;
-    const WallPoint other = face_wall(x, face);
-    if (other.phi >= std::abs(wall.phi)) continue;
-    wall = other;
-    on_face = true;
+  if (has_walls_) {
+    const Walls walls = list_walls(x, wall);
+    wall = walls.points[0];
+    on_face = walls.on_face;
   }
   const double height = std::abs(wall.phi);
   const double side = wall.phi < 0.0 ? -1.0 : 1.0;
@@ -340,7 +345,7 @@ std::optional<LayerLevel> WallMetric::level(const Vec3& x, double floor) const {
   if (number > last) return std::nullopt;
   constexpr double kTooThin = 0.8;
   const double thickness = layer_.h_min * std::pow(layer_.growth, number);
-  LayerLevel level;
+  Level<3> level;
   level.number = static_cast<int>(side) * number;
   if (thickness < kTooThin * floor) {  // of all levels the wall's is taken first
     if (height > 0.5 * floor) return std::nullopt;

@@ -10,6 +10,7 @@
 
 #include "core/boundary_layer.h"
 #include "core/field.h"
+#include "core/level.h"
 
 namespace lamina {
 
@@ -56,14 +57,6 @@ struct WallSample {
   Metric<3> metric;
 };
 
-/// A place on the border between two layers.
-struct LayerLevel {
-  int number = 0;              ///< k of s_k; 0 the wall, negative inside the body
-  Vec3 way = Vec3::Zero();     ///< from the point asked for to the level, along the ray from the wall
-  Vec3 normal = Vec3::Zero();  ///< unit vector of that ray, into the fluid
-  Metric<3> metric;            ///< at the end of the way
-};
-
 class WallMetric : public MetricField<3> {
  public:
   /// No size in any direction exceeds those of `painted`, which spread by SizeOptions::gradation, or that of
@@ -78,7 +71,7 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] Metric<3> at_coarsened(const Vec3& x, double floor) const;
   /// The level nearest to x in the layers, mirrored ones included; none beyond them, where layers are thinner
   /// than `floor`, and where other sizes than those of the layers rule.
-  [[nodiscard]] std::optional<LayerLevel> level(const Vec3& x, double floor) const;
+  [[nodiscard]] std::optional<Level<3>> level(const Vec3& x, double floor) const;
   [[nodiscard]] WallSample sample(const Vec3& x) const;
   [[nodiscard]] Region region(const Vec3& x, double phi) const;
   /// Normal size at signed distance phi, x being used for the distances to the boxes only.
@@ -99,6 +92,12 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] double tangential_size(double curvature, double hn, double phi, double largest) const;
   [[nodiscard]] Sizes wall_sizes(const Vec3& x, const WallPoint& wall) const;
   [[nodiscard]] Sizes bounded_sizes(const Vec3& x, Sizes sizes) const;
+  struct Walls {
+    std::array<WallPoint, 7> points;  // the nearest first
+    std::size_t count = 0;
+    bool on_face = false;  // the nearest is a face of the domain
+  };
+  [[nodiscard]] Walls list_walls(const Vec3& x, const WallPoint& body) const;
   [[nodiscard]] WallPoint face_wall(const Vec3& x, std::size_t face) const;
   [[nodiscard]] std::optional<Metric<3>> bend_metric(const WallPoint& wall, const Sizes& sizes,
                                                      double floor) const;

@@ -9,19 +9,11 @@
 #include <vector>
 
 #include "core/field.h"
+#include "core/level.h"
 #include "core/progress.h"
 #include "mesh/mesh.h"
 
 namespace lamina {
-
-/// The surface of a stack of thin layers that is nearest to a point.
-template <int D>
-struct Level {
-  int number = 0;                  ///< 0: the wall; negative on its other side
-  Vec<D> way = Vec<D>::Zero();     ///< from the point to the level
-  Vec<D> normal = Vec<D>::Zero();  ///< unit normal of the level
-  Metric<D> metric;                ///< at the end of the way
-};
 
 /// A family of metrics from coarse to wanted: `size_floor` s raises every size below s to s; 0 is the wanted
 /// metric.

@@ -42,11 +42,10 @@ Row measure(Case c, int threads, int repeat, Progress& progress) {
           .cells = report.cells(),
           .hash = report.mesh_hash,
           .stages = report.stages};
-  for (const StageCost& s : report.stages) {
-    row.wall += s.wall_seconds;
-    row.cpu += s.cpu_seconds;
-    row.peak = std::max(row.peak, s.peak_bytes);
-  }
+  const StageCost total = total_cost(report.stages);
+  row.wall = total.wall_seconds;
+  row.cpu = total.cpu_seconds;
+  row.peak = total.peak_bytes;
   return row;
 }
 

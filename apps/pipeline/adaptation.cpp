@@ -315,18 +315,6 @@ void check_formula(const std::string& analytic) {
     make_analytic_metric<3>(analytic);
 }
 
-template <class Value>
-double total(const AdaptationReport& r, Value value) {
-  return std::accumulate(r.stages.begin(), r.stages.end(), 0.0,
-                         [&](double sum, const StageCost& s) { return sum + value(s); });
-}
-
-double peak(const AdaptationReport& r) {
-  double bytes = 0.0;
-  for (const StageCost& s : r.stages) bytes = std::max(bytes, s.peak_bytes);
-  return bytes;
-}
-
 Json given(double value) { return value > 0.0 ? Json(value) : Json(); }
 Json given(const std::string& value) { return value.empty() ? Json() : Json(value); }
 
@@ -368,9 +356,7 @@ AdaptationReport run_adaptation(const Adaptation& a, Progress* progress) {
 
 std::string adaptation_json(const AdaptationReport& r) {
   const Adaptation& a = r.adaptation;
-  Json files = Json::array();
-  for (const auto& file : r.files) files.push_back(file.string());
-  return json_text({
+  Json json = {
       {"lamina", version()},
       {"dimension", r.dimension},
       {"mesh", {{"file", given(a.mesh.string())}, {"points", r.points_before}, {"cells", r.cells_before}}},
@@ -390,18 +376,9 @@ std::string adaptation_json(const AdaptationReport& r) {
       {"validation", to_json(r.validation)},
       {"score", to_json(r.score)},
       {"worst_cells", worst_cells_json(r.score)},
-      {"homotopy", homotopy_json(r.adapt)},
-      {"operators", operators_json(r.adapt)},
-      {"stopped_because", r.adapt.stopped_because},
-      {"stages", stages_json(r.stages)},
-      {"wall_seconds", total(r, [](const StageCost& s) { return s.wall_seconds; })},
-      {"cpu_seconds", total(r, [](const StageCost& s) { return s.cpu_seconds; })},
-      {"peak_bytes", peak(r)},
-      {"threads", r.threads},
-      {"files", files},
-      {"warnings", r.warnings},
-      {"missed", r.missed},
-  });
+  };
+  append_outcome(json, r);
+  return json_text(json);
 }
 
 std::string adaptation_table(const AdaptationReport& r) {
@@ -416,10 +393,7 @@ std::string adaptation_table(const AdaptationReport& r) {
                                 r.score.length_min, r.score.length_max));
   row("quality", fmt::format("worst {:.3g}, mean {:.3f}", r.score.quality_min, r.score.quality_mean));
   row("aspect", fmt::format("largest {:.4g}, 99 % below {:.4g}", r.score.aspect_max, r.score.aspect_p99));
-  row("time", fmt::format("{:.1f} s wall, {:.1f} s cpu, {} threads, peak {:.0f} MiB",
-                          total(r, [](const StageCost& s) { return s.wall_seconds; }),
-                          total(r, [](const StageCost& s) { return s.cpu_seconds; }), r.threads,
-                          peak(r) / 1048576.0));
+  row("time", cost_text(r.stages, r.threads));
   for (const auto& file : r.files) row("file", file.string());
   return out;
 }

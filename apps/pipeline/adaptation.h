@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/pipeline/stages.h"
+#include "apps/pipeline/outcome.h"
 #include "core/progress.h"
 #include "mesh/adapt.h"
 #include "mesh/score.h"
@@ -33,7 +33,7 @@ struct Adaptation {
   int threads = 0;  ///< 0: all
 };
 
-struct AdaptationReport {
+struct AdaptationReport : RunOutcome {
   Adaptation adaptation;
   int dimension = 3;
   std::int64_t points_before = 0, cells_before = 0;
@@ -41,12 +41,7 @@ struct AdaptationReport {
   double scale = 1.0;  ///< factor on all sizes that --complexity asked for
   Score score;
   Validation validation;
-  AdaptSummary adapt;
-  std::vector<StageCost> stages;
-  int threads = 0;
   std::uint64_t mesh_hash = 0;
-  std::vector<std::string> warnings, missed;
-  std::vector<std::filesystem::path> files;
 };
 
 /// Reads, adapts, judges and writes. Inverted cells are turned and unused points dropped, with a warning.

@@ -31,9 +31,7 @@ class Homotopy : public AdaptMetric<3> {
     return size_floor > 0.0 ? metric_.at_coarsened(x, size_floor) : metric_.at(x);
   }
   [[nodiscard]] std::optional<Level<3>> level(const Vec3& x, double size_floor) const override {
-    const std::optional<LayerLevel> found = metric_.level(x, size_floor);
-    if (!found) return std::nullopt;
-    return Level<3>{found->number, found->way, found->normal, found->metric};
+    return metric_.level(x, size_floor);
   }
 
  private:

@@ -37,18 +37,6 @@ Json sizes_json(const SizeOptions& s) {
   return {{"h2", s.h2}, {"h1", s.h1}, {"box2", to_json(s.box2)}, {"domain", to_json(s.domain)}};
 }
 
-template <class Value>
-double total(const Report& r, Value value) {
-  return std::accumulate(r.stages.begin(), r.stages.end(), 0.0,
-                         [&](double sum, const StageCost& s) { return sum + value(s); });
-}
-
-double peak(const Report& r) {
-  double bytes = 0.0;
-  for (const StageCost& s : r.stages) bytes = std::max(bytes, s.peak_bytes);
-  return bytes;
-}
-
 }  // namespace
 
 std::string version() { return LAMINA_VERSION; }
@@ -90,9 +78,7 @@ std::vector<std::string> missed_properties(const Score& score) {
 }
 
 std::string report_json(const Report& r) {
-  Json files = Json::array();
-  for (const auto& file : r.files) files.push_back(file.string());
-  const Json json = {
+  Json json = {
       {"lamina", r.version},
       {"case", to_json(r.resolved.c)},
       {"layer", to_json(r.resolved.layer)},
@@ -115,18 +101,8 @@ std::string report_json(const Report& r) {
       {"validation", to_json(r.validation)},
       {"score", to_json(r.score)},
       {"worst_cells", worst_json(r)},
-      {"homotopy", homotopy_json(r.adapt)},
-      {"operators", operators_json(r.adapt)},
-      {"stopped_because", r.adapt.stopped_because},
-      {"stages", stages_json(r.stages)},
-      {"wall_seconds", total(r, [](const StageCost& s) { return s.wall_seconds; })},
-      {"cpu_seconds", total(r, [](const StageCost& s) { return s.cpu_seconds; })},
-      {"peak_bytes", peak(r)},
-      {"threads", r.threads},
-      {"files", files},
-      {"warnings", r.warnings},
-      {"missed", r.missed},
   };
+  append_outcome(json, r);
   return json_text(json);
 }
 
@@ -153,10 +129,7 @@ std::string report_table(const Report& r) {
                                 r.score.length_min, r.score.length_max));
   row("quality", fmt::format("worst {:.3g}, mean {:.3f}", r.score.quality_min, r.score.quality_mean));
   row("aspect", fmt::format("largest {:.4g}, 99 % below {:.4g}", r.score.aspect_max, r.score.aspect_p99));
-  const double wall = total(r, [](const StageCost& s) { return s.wall_seconds; });
-  row("time", fmt::format("{:.1f} s wall, {:.1f} s cpu, {} threads, peak {:.0f} MiB", wall,
-                          total(r, [](const StageCost& s) { return s.cpu_seconds; }), r.threads,
-                          peak(r) / 1048576.0));
+  row("time", cost_text(r.stages, r.threads));
   for (const auto& file : r.files) row("file", file.string());
   return out;
 }

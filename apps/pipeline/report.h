@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "apps/pipeline/case.h"
-#include "apps/pipeline/stages.h"
+#include "apps/pipeline/outcome.h"
 #include "mesh/adapt.h"
 #include "mesh/score.h"
 #include "mesh/validate.h"
@@ -34,7 +34,7 @@ struct LevelFit {
   double mean_offset = 0.0;   ///< distance to the nearest level, in layers; 1/4 at random
 };
 
-struct Report {
+struct Report : RunOutcome {
   std::string version;
   ResolvedCase resolved;
   bool from_vdb = false;
@@ -47,13 +47,7 @@ struct Report {
   Score score;
   std::vector<Region> worst_regions;  ///< of score.worst, in its order
   Validation validation;
-  AdaptSummary adapt;
-  std::vector<StageCost> stages;
-  int threads = 0;              ///< worker threads that were allowed
   std::uint64_t mesh_hash = 0;  ///< of points and cells: equal hashes, equal meshes
-  std::vector<std::string> warnings;
-  std::vector<std::string> missed;  ///< properties asked for and not reached, one line each
-  std::vector<std::filesystem::path> files;
 
   [[nodiscard]] std::int64_t cells() const;
   /// The paper's columns: all cells in Box2, those of the layer and of the body included.

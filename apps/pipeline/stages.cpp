@@ -48,6 +48,22 @@ double peak_resident_bytes() {
   return bytes;
 }
 
+StageCost total_cost(const std::vector<StageCost>& stages) {
+  StageCost total;
+  for (const StageCost& s : stages) {
+    total.wall_seconds += s.wall_seconds;
+    total.cpu_seconds += s.cpu_seconds;
+    total.peak_bytes = std::max(total.peak_bytes, s.peak_bytes);
+  }
+  return total;
+}
+
+std::string cost_text(const std::vector<StageCost>& stages, int threads) {
+  const StageCost total = total_cost(stages);
+  return fmt::format("{:.1f} s wall, {:.1f} s cpu, {} threads, peak {:.0f} MiB", total.wall_seconds,
+                     total.cpu_seconds, threads, total.peak_bytes / 1048576.0);
+}
+
 void StageRecorder::stage(const std::string& name) {
   check_cancelled();
   reset_peak();

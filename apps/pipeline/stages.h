@@ -18,6 +18,11 @@ struct StageCost {
       0.0;  ///< largest resident set while it ran (of the run so far where the kernel cannot reset it)
 };
 
+/// Sums of the seconds and the largest peak of all stages.
+StageCost total_cost(const std::vector<StageCost>& stages);
+/// The same in words: "1.5 s wall, 2.5 s cpu, 2 threads, peak 100 MiB".
+std::string cost_text(const std::vector<StageCost>& stages, int threads);
+
 /// A Progress that measures. The pipeline calls stage() and done(); what libraries call begin/end inside a
 /// stage is shown as its detail.
 class StageRecorder : public Progress {

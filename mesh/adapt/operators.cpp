@@ -2,7 +2,8 @@
 // each is turned into a cavity and a point, and the cavity operator decides by one rule: no new cell is worse
 // than both the floor and the old worst, volumes stay positive, new lengths stay in a window, and boundary
 // vertices stay on their planes. A cavity whose star fails at one facet takes in the cell behind that facet
-// and tries again. One exception: the split of an edge longer than 2 may go down to 0.4 of the floor.
+// and tries again. One exception: the split of an edge longer than 2 may go down to 0.4 of the floor. Where
+// vertices are aligned, a first move onto a level may also raise the energy of the ball.
 #include "mesh/adapt/operators.h"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <cmath>
 
 namespace lamina::adapt_detail {
+
 template <int D>
 void Operators<D>::evaluate(Vertex& p) const {
   p.metric = field_.at(p.x, size_floor_);
@@ -29,11 +31,11 @@ template <int D>
 bool Operators<D>::place_on_level(Vertex& p) const {
   const std::optional<Level<D>> level = field_.level(p.x, size_floor_);
   if (!level) return false;
-  p.level = level->number;
   if (p.tags == 0) {
     p.x += level->way;
     p.metric = level->metric;
     p.density = p.metric.sqrt_det();
+    p.level = level->number;
     return true;
   }
   const Vec<D> direction = within_planes(level->normal, p.tags);
@@ -42,6 +44,7 @@ bool Operators<D>::place_on_level(Vertex& p) const {
   if (along < kAlongPlanes) return false;
   p.x += level->way.dot(level->normal) / along * direction;
   evaluate(p);
+  p.level = level->number;
   return true;
 }
 
@@ -131,10 +134,7 @@ bool Operators<D>::split(const Edge& e, const Rules& rules) {
   Vertex p;
   p.x = a.x + t * d;
   p.tags = cavity_.edge_tags();
-  if (!(rules.align && place_on_level(p))) {
-    p.level = kNoLevel;
-    evaluate(p);
-  }
+  if (!(rules.align && place_on_level(p))) evaluate(p);
   // A far too long edge may pin bad cells that only its split frees, at first at the price of quality and of
   // short edges, which the next sweeps mend.
   constexpr double kFarTooLong = 2.0;

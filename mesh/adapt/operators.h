@@ -20,7 +20,7 @@ struct Rules {
   double swap_below = 0.75;      ///< cells below this quality are candidates of swaps
   double repair_below = 0.45;    ///< and below this one of repairs
   bool align = false;            ///< place vertices on the levels of the metric
-  double aligned_floor = 0.2;    ///< quality that moves onto a level may cost
+  double aligned_floor = 0.2;    ///< moves onto a level keep to this floor where `floor` is lower
   int enlargements = 6;          ///< cells a cavity may take in before a move is given up
 };
 
@@ -96,6 +96,8 @@ class Operators {
   bool repair(Index c, const Rules& rules);
   /// Lowers the sum of energy^power over the cells around a; high powers look at the worst cell alone.
   bool smooth(Index a, const Rules& rules, int power);
+  /// Brings a to its level, at the price of energy but not of the floor, or along it to where the energy
+  /// falls. Returns whether a is bound to a level, moved or not.
   bool align(Index a, const Rules& rules, const NewtonStep& newton);
   void move(Index a, const Vertex& p);
   NewtonStep newton_step(Index a, int power) const;

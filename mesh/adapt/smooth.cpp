@@ -143,8 +143,6 @@ void Operators<D>::move(Index a, const Vertex& p) {
   }
 }
 
-// Brings a to its level, at any price but the floor's, or along it to where the energy falls. Returns false
-// when a is free: no level is near, or none can be reached.
 template <int D>
 bool Operators<D>::align(Index a, const Rules& rules, const NewtonStep& newton) {
   const Vertex old = mesh_.vertices[a];
@@ -153,15 +151,18 @@ bool Operators<D>::align(Index a, const Rules& rules, const NewtonStep& newton) 
   constexpr double kPrice = 2.0;  // of a level, in energy of the ball
   const double limit = aligned ? (1.0 - kWorthwhile) * newton.energy : kPrice * newton.energy;
   const double worst =
-      std::min(std::max(energy_of<D>(rules.aligned_floor), cavity_.worst_energy()), kSignIsSafe);
+      std::min(std::max(energy_of<D>(std::max(rules.floor, rules.aligned_floor)), cavity_.worst_energy()),
+               kSignIsSafe);
   for (const double fraction : {1.0, 0.5, aligned ? 0.25 : 0.0}) {
     Vertex p = old;
     p.x += within_planes(fraction * newton.step, old.tags);
     if (!place_on_level(p)) break;
     if (!improves_ball(a, p, worst, limit, 1)) continue;
     move(a, p);
+    ++stats_[kSmooth].accepted;
     return true;
   }
+  if (aligned) ++stats_[kSmooth].rejected_quality;
   return aligned;
 }
 
@@ -173,10 +174,7 @@ bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
   ++stats.tried;
   cavity_.set_ball(a);
   const NewtonStep newton = newton_step(a, power);
-  if (rules.align && power == 1 && align(a, rules, newton)) {
-    ++stats.accepted;
-    return true;
-  }
+  if (rules.align && power == 1 && align(a, rules, newton)) return true;
   const double limit = (1.0 - kWorthwhile) * newton.energy;
   if (!(newton.gain > kWorthwhile * newton.energy)) return false;
   const double worst = std::min(std::max(energy_of<D>(rules.floor), cavity_.worst_energy()), kSignIsSafe);

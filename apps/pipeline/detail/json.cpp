@@ -140,6 +140,8 @@ Json worst_cells_json(const Score& score) {
   return out;
 }
 
+namespace {
+
 Json homotopy_json(const AdaptSummary& adapt) {
   Json out = Json::array();
   for (const AdaptStep& s : adapt.steps)
@@ -174,6 +176,25 @@ Json stages_json(const std::vector<StageCost>& stages) {
                    {"cpu_seconds", s.cpu_seconds},
                    {"peak_bytes", s.peak_bytes}});
   return out;
+}
+
+}  // namespace
+
+void append_outcome(Json& json, const RunOutcome& outcome) {
+  Json files = Json::array();
+  for (const auto& file : outcome.files) files.push_back(file.string());
+  const StageCost all = total_cost(outcome.stages);
+  json["homotopy"] = homotopy_json(outcome.adapt);
+  json["operators"] = operators_json(outcome.adapt);
+  json["stopped_because"] = outcome.adapt.stopped_because;
+  json["stages"] = stages_json(outcome.stages);
+  json["wall_seconds"] = all.wall_seconds;
+  json["cpu_seconds"] = all.cpu_seconds;
+  json["peak_bytes"] = all.peak_bytes;
+  json["threads"] = outcome.threads;
+  json["files"] = files;
+  json["warnings"] = outcome.warnings;
+  json["missed"] = outcome.missed;
 }
 
 std::string json_text(const Json& json) {

@@ -4,8 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/pipeline/case.h"
-#include "apps/pipeline/stages.h"
-#include "mesh/adapt.h"
+#include "apps/pipeline/outcome.h"
 #include "mesh/score.h"
 #include "mesh/validate.h"
 #include "vdb/inspect.h"
@@ -28,9 +27,9 @@ Json to_json(const BoundaryLayer& layer);
 Json to_json(const Case& c);
 /// Cells of Score::worst, in its order.
 Json worst_cells_json(const Score& score);
-Json homotopy_json(const AdaptSummary& adapt);
-Json operators_json(const AdaptSummary& adapt);
-Json stages_json(const std::vector<StageCost>& stages);
+
+/// Adds the keys that every run's report ends with.
+void append_outcome(Json& json, const RunOutcome& outcome);
 
 /// Indented text that survives names which are not UTF-8.
 std::string json_text(const Json& json);
