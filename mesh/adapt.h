@@ -38,9 +38,9 @@ struct AdaptOptions {
   /// than 2 may go down to min(0.4 floor, what was there).
   double quality_floor = 0.1;
   double start_size = 0.0;  ///< first size floor; 0: the longest edge of the seed
-  double end_size = 0.0;  ///< smallest wanted size: the floor is halved until it is below this, then dropped
+  double end_size = 0.0;    ///< smallest wanted size: the last floor is twice as large; 0: no steps between
   int passes_per_step = 3;  ///< block passes per step of the homotopy
-  int final_passes = 4;     ///< at the wanted metric, dearer ones
+  int final_passes = 8;  ///< at most so many at the wanted metric, dearer ones; fewer where they gain little
   Align align = Align::kAnywhere;
   int block_vertices = 16384;  ///< vertices per block; fixed by the mesh, never by the thread count
 };

@@ -1,5 +1,5 @@
-// The main path of the optimizer. The wanted smallest size is approached by halving a floor under all sizes,
-// so that at every step the mesh is at most a factor of two away from its metric; at each step the mesh is
+// The main path of the optimizer. The wanted smallest size is approached by lowering a floor under all sizes,
+// so that at every step the mesh is at most a factor of four away from its metric; at each step the mesh is
 // cut into pieces along a Hilbert curve and every piece is visited by collapse, split, swap and smoothing
 // sweeps.
 #include "mesh/adapt.h"
@@ -130,6 +130,9 @@ int last_tried(std::span<const Operator> sweeps, std::size_t k, int pass) {
 // Around bad cells that an interface kept from being repaired, everything is tried again.
 constexpr std::array kMending = {kRepair, kCollapse, kSplit, kSwap, kSmooth, kRepair};
 
+// At the very end, when shapes are settled: what lengths gain here, smoothing would take back.
+constexpr std::array kStretching = {kStretch, kStretch, kStretch};
+
 /// One pass over all cells, or over `cells` when there are some.
 template <int D>
 void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, const AdaptOptions& options,
@@ -140,7 +143,10 @@ void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, co
   Rules rules;
   rules.floor = options.quality_floor;
   rules.align = options.align == Align::kLayers;
-  if (sweeps.size() > kPlainSweeps) rules.swap_below = 0.8;
+  if (sweeps.size() > kPlainSweeps) {
+    rules.swap_below = D == 2 ? 0.95 : 0.8;
+    if (D == 2) rules.long_edge = 1.3;
+  }
   if (rules.align) rules.swap_below -= 0.05;  // a right column has a mean quality of .83
   const std::size_t blocks = block_count(cells.empty() ? mesh.cells.size() : cells.size(), cells_per_block);
   std::vector<std::array<OperatorStats, kOperatorCount>> stats(blocks);
@@ -184,6 +190,29 @@ void mend(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions& 
   }
 }
 
+/// Passes over the edges out of the unit range; two, as pieces meet in other places at the second.
+template <int D>
+int stretch(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions& options, int pass,
+            AdaptSummary& summary) {
+  constexpr int kPasses = 2;
+  std::fill(mesh.changed.begin(), mesh.changed.end(), begin_of(pass));
+  for (int i = 0; i < kPasses; ++i)
+    run_pass<D>(mesh, field, 0.0, options, pass + i, kStretching, {}, summary);
+  return pass + kPasses;
+}
+
+// Floors under the sizes, step by step. Each quarters the one before; the last is twice the smallest wanted
+// size, so that polishing starts from a mesh of nearly as many cells. Halving gains nothing in quality.
+std::vector<double> size_floors(double start, double end) {
+  constexpr double kRatio = 4.0;
+  std::vector<double> floors = {0.0};
+  if (end > 0.0)
+    for (double s = 2.0 * end; s < start; s *= kRatio) floors.push_back(s);
+  if (start > end) floors.push_back(start);
+  std::reverse(floors.begin(), floors.end());
+  return floors;
+}
+
 }  // namespace
 
 template <int D>
@@ -191,17 +220,14 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
                    const AdaptOptions& options, Progress* progress) {
   const auto start = std::chrono::steady_clock::now();
   AdaptSummary summary;
-  for (const char* name : {"collapse", "split", "swap", "smooth", "repair"}) {
+  for (const char* name : {"collapse", "split", "swap", "smooth", "repair", "stretch"}) {
     summary.operators.emplace_back();
     summary.operators.back().name = name;
   }
   BoundaryTags tags;
   GlobalMesh<D> global = import_mesh(mesh, tags);
-  std::vector<double> floors;
-  for (double s = options.start_size > 0.0 ? options.start_size : longest_edge(global); s > options.end_size;
-       s *= 0.5)
-    floors.push_back(s);
-  floors.push_back(0.0);
+  const double start_size = options.start_size > 0.0 ? options.start_size : longest_edge(global);
+  const std::vector<double> floors = size_floors(start_size, options.end_size);
   int pass = 0;
   for (std::size_t k = 0; k < floors.size(); ++k) {
     const auto step_start = std::chrono::steady_clock::now();
@@ -210,12 +236,21 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
     // Polishing looks at what the plain passes left alone.
     if (last) std::fill(global.changed.begin(), global.changed.end(), begin_of(pass));
     const int passes = last ? options.final_passes : options.passes_per_step;
-    for (int i = 0; i < passes; ++i, ++pass) {
+    constexpr double kWorthwhile = 0.0015;  // share of the edges that a final pass should make unit
+    double gain = 1.0;
+    double unit_share = 0.0;
+    for (int i = 0; i < passes && gain > kWorthwhile; ++i) {
       if (progress) progress->check_cancelled();
       const auto sweeps = std::span(kSweeps).first(last ? kSweeps.size() : kPlainSweeps);
-      run_pass<D>(global, field, floors[k], options, pass, sweeps, {}, summary);
+      run_pass<D>(global, field, floors[k], options, pass++, sweeps, {}, summary);
+      if (!last) continue;
+      const double reached = measure(global).unit_share;
+      gain = reached - std::exchange(unit_share, reached);
     }
-    if (last) mend(global, field, options, pass, summary);
+    if (last) {
+      pass = stretch(global, field, options, pass, summary);
+      mend(global, field, options, pass, summary);
+    }
     AdaptStep step = measure(global);
     step.size_floor = floors[k];
     step.seconds = seconds_since(step_start);

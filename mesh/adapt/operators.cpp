@@ -249,6 +249,9 @@ void Operators<D>::sweep(Operator what, const Rules& rules) {
     case kRepair:
       repair_sweep(rules);
       break;
+    case kStretch:
+      stretch_sweep(rules);
+      break;
     case kOperatorCount:
       break;
   }

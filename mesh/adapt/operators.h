@@ -8,7 +8,7 @@
 
 namespace lamina::adapt_detail {
 
-enum Operator : int { kCollapse, kSplit, kSwap, kSmooth, kRepair, kOperatorCount };
+enum Operator : int { kCollapse, kSplit, kSwap, kSmooth, kRepair, kStretch, kOperatorCount };
 
 /// Limits of one visit of a piece.
 struct Rules {
@@ -51,6 +51,9 @@ class Operators {
   std::int64_t smooth_sweep(const Rules& rules);
   /// Worst cells first: whatever single operation lifts the worst quality of its cavity, lengths permitting.
   std::int64_t repair_sweep(const Rules& rules);
+
+  /// Edges out of the unit range: an end is moved along them.
+  void stretch_sweep(const Rules& rules);
 
   struct Edge {
     double length;
@@ -99,6 +102,8 @@ class Operators {
   /// Brings a to its level, at the price of energy but not of the floor, or along it to where the energy
   /// falls. Returns whether a is bound to a level, moved or not.
   bool align(Index a, const Rules& rules, const NewtonStep& newton);
+  bool stretch(Index a, Index other, double wanted, const Rules& rules);
+  double length_excess(Index a, const Vertex& p);
   void move(Index a, const Vertex& p);
   NewtonStep newton_step(Index a, int power) const;
   bool improves_ball(Index a, const Vertex& p, double worst, double limit, int power);
