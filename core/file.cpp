@@ -151,7 +151,7 @@ void OutputFile::write(const void* data, std::size_t size) {
   if (done != size) fail_write(target_, fmt::format("{} (after {} bytes)", reason(errno), written_));
 }
 
-void OutputFile::commit() {
+void OutputFile::finish() {
   if (file_ == nullptr) return;
   // A write that failed earlier must not pass because the flush of the rest succeeds.
   const bool failed_before = std::ferror(file_) != 0;
@@ -163,9 +163,50 @@ void OutputFile::commit() {
   if (failed_before) fail_write(target_, "an earlier write failed");
   if (!flushed) fail_write(target_, reason(flush_error));
   if (!closed) fail_write(target_, reason(close_error));
+}
+
+void OutputFile::commit() {
+  finish();
+  if (temporary_.empty()) return;
   if (temporary_ != target_ && ::rename(temporary_.c_str(), target_.c_str()) != 0)
     fail_write(target_, reason(errno));
   temporary_.clear();
+}
+
+OutputFiles::~OutputFiles() {
+  files_.clear();
+  std::error_code ec;
+  for (auto folder = folders_.rbegin(); folder != folders_.rend(); ++folder) fs::remove(*folder, ec);
+}
+
+OutputFile& OutputFiles::add(const fs::path& target) {
+  files_.push_back(std::make_unique<OutputFile>(target));
+  return *files_.back();
+}
+
+void OutputFiles::add_folder(const fs::path& folder) {
+  std::vector<fs::path> missing;
+  std::error_code ec;
+  for (fs::path p = fs::absolute(folder, ec); !p.empty() && !fs::exists(p, ec); p = p.parent_path()) {
+    missing.push_back(p);
+    if (p == p.parent_path()) break;
+  }
+  for (auto p = missing.rbegin(); p != missing.rend(); ++p) {
+    if (p->filename().empty()) continue;  // a trailing slash
+    if (!fs::create_directory(*p, ec) && ec) fail_write(folder, ec.message());
+    folders_.push_back(*p);
+  }
+  if (!fs::is_directory(folder, ec)) fail_write(folder, "it is a file; a folder is needed");
+}
+
+void OutputFiles::finish() {
+  for (const auto& file : files_) file->finish();
+}
+
+void OutputFiles::commit() {
+  finish();
+  for (const auto& file : files_) file->commit();
+  folders_.clear();
 }
 
 void check_writable(const fs::path& target) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,7 +43,9 @@ class OutputFile {
   /// For writers that need a name of their own (OpenVDB, cairo): the temporary path, which keeps the
   /// extension.
   [[nodiscard]] const std::filesystem::path& temporary_path() const { return temporary_; }
-  /// Flushes, closes and renames.
+  /// Flushes and closes; the file keeps its temporary name.
+  void finish();
+  /// Finishes and renames.
   void commit();
   [[nodiscard]] std::size_t written() const { return written_; }
 
@@ -50,6 +53,28 @@ class OutputFile {
   std::filesystem::path target_, temporary_;
   std::FILE* file_ = nullptr;
   std::size_t written_ = 0;
+};
+
+/// Files that belong together. GUARANTEE: none is renamed before all are complete.
+class OutputFiles {
+ public:
+  OutputFiles() = default;
+  ~OutputFiles();
+  OutputFiles(const OutputFiles&) = delete;
+  OutputFiles& operator=(const OutputFiles&) = delete;
+
+  /// Errors: those of OutputFile. The reference lives as long as this object.
+  OutputFile& add(const std::filesystem::path& target);
+  /// Creates a folder and those above it that are missing; without commit() they are taken away again.
+  /// Errors: kFileWrite.
+  void add_folder(const std::filesystem::path& folder);
+  /// Finishes all files, without renaming any.
+  void finish();
+  void commit();
+
+ private:
+  std::vector<std::unique_ptr<OutputFile>> files_;
+  std::vector<std::filesystem::path> folders_;
 };
 
 /// Throws kFileWrite at once when `target` could not be created (missing folder, no permission, is a folder),

@@ -1,33 +1,83 @@
-// Mesh and metric files: VTU (.vtu), GMF ascii and binary (.mesh, .meshb with .sol, .solb).
+// Mesh and metric files. mesh_formats() is the one list of mesh formats: reading, writing, messages, help and
+// the warnings about what a format cannot hold follow from it. Metrics: GMF .sol, .solb.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "core/file.h"
 #include "core/metric.h"
 #include "mesh/mesh.h"
 
 namespace lamina {
 
-/// True when the extension of `path` (any case) names a mesh format that can be read / written.
+/// What a format is called, how its files are named, and what they can hold. Points and cells are held by
+/// all.
+struct MeshFormat {
+  std::string_view name;
+  std::vector<std::string_view> suffixes;  ///< lower case; that of a folder has no dot
+  bool reads = true, writes = true;
+  bool plane = true;  ///< 2D meshes
+  bool facets = true;
+  bool cell_tags = true, facet_tags = true, point_tags = false;
+  bool cell_names = false, facet_names = false;
+  /// Components of the fields it can hold: none, 1 and D and kSymSize<D>, or any number.
+  enum class Fields { kNoFields, kTensorFields, kAnyFields };
+  Fields point_fields = Fields::kNoFields, cell_fields = Fields::kNoFields;
+  bool exact = true;                            ///< coordinates keep their bits
+  bool ascii = false, binary = false;           ///< forms a writer can choose from by MeshWriteOptions::ascii
+  std::vector<std::string_view> versions = {};  ///< that can be written, the default first
+};
+
+const std::vector<MeshFormat>& mesh_formats();
+
+/// The format that the end of `path` (any case) names; nullptr when there is none.
+const MeshFormat* mesh_format(const std::filesystem::path& path);
+
+/// True when `path` names a mesh format that can be read / written.
 bool is_readable_mesh(const std::filesystem::path& path);
 bool is_writable_mesh(const std::filesystem::path& path);
+/// ".vtu .mesh ..." of the formats that can be read / written, for help and messages.
+std::string readable_mesh_suffixes();
+std::string writable_mesh_suffixes();
 
-/// Reads a mesh; the format follows from the extension, the dimension from the content (a file with z = 0
-/// throughout and triangles only is 2D). Fields of a .vtu become point/cell fields; its cell data "region"
-/// the cell tags. Triangles beside tetrahedra (.vtu, .mesh) and edges beside triangles become facets;
-/// orientation is kept as it is; tags that are all 0 are dropped. Errors: kFileMissing, kFileFormat (with
-/// line or byte offset), kFileUnsupported (no simplices, mixed cells). Counts of the file are checked against
-/// its size before anything is allocated.
+/// Reads a mesh; the dimension follows from the content (a file with z = 0 throughout and triangles only is
+/// 2D). Triangles beside tetrahedra, and edges beside triangles, become facets; orientation is kept as it is;
+/// tags that are all 0 are dropped. Errors: kFileMissing, kFileFormat (with line or byte offset),
+/// kFileUnsupported (no simplices, other cells). Counts of a file are checked against its size before
+/// anything is allocated.
 AnyMesh read_mesh(const std::filesystem::path& path);
 
-/// Writes atomically. .vtu: appended binary, zlib compressed, UInt64 header, Int64 connectivity where needed;
-/// all fields; cell tags as cell data "region"; facets and point tags are not part of it. .mesh/.meshb:
-/// points, cells, facets with their tags (64-bit positions from version 3 on where the file needs them);
-/// fields are not part of these formats.
+struct MeshWriteOptions {
+  std::optional<bool> ascii;  ///< for formats with both forms; DEFAULT: binary
+  std::string version;        ///< of formats with several; DEFAULT: the first of MeshFormat::versions
+  /// .vtu: facets with their tags as triangles beside the tetrahedra, point tags as point data "region".
+  /// DEFAULT: cells only, as viewers like it.
+  bool facets = false;
+  bool compress = true;  ///< .vtu, .xdmf
+};
+
+/// The files that make up the mesh `path`, in the order they are written.
+std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& path);
+
+/// Errors: kUsage naming the formats unless `path` is a mesh that can be written; kFileWrite when one of its
+/// files could not be created.
+void check_writable_mesh(const std::filesystem::path& path);
+
+/// Writes into `files`, which the caller commits. Returns what the format cannot hold, in words, empty when
+/// nothing is lost. Errors: kUsage (options the format does not have), kParameter (sizes of tags and fields
+/// that do not fit the mesh), kFileWrite.
 template <int D>
-void write_mesh(const std::filesystem::path& path, const Mesh<D>& mesh);
+std::vector<std::string> write_mesh(OutputFiles& files, const std::filesystem::path& path,
+                                    const Mesh<D>& mesh, const MeshWriteOptions& options = {});
+
+/// The same, committed: all files appear or none.
+template <int D>
+std::vector<std::string> write_mesh(const std::filesystem::path& path, const Mesh<D>& mesh,
+                                    const MeshWriteOptions& options = {});
 
 /// Reads a GMF .sol/.solb with one tensor (or scalar size, turned into an isotropic metric) per vertex.
 /// Errors: kFileFormat, kParameter naming the first vertex whose tensor is not positive definite.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <string>
 #include <variant>
 #include <vector>
@@ -20,6 +21,9 @@ struct MeshField {
   std::vector<double> values;
 };
 
+/// Names of tags, as solvers want them.
+using TagNames = std::map<Index, std::string>;
+
 template <int D>
 struct Mesh {
   std::vector<Vec<D>> points;
@@ -28,6 +32,7 @@ struct Mesh {
   std::vector<std::array<Index, D>> facets;  ///< boundary (and tagged interior) facets; normal points outward
   std::vector<Index> facet_tags;             ///< one per facet, or empty
   std::vector<Index> point_tags;             ///< one per point, or empty
+  TagNames cell_names, facet_names;          ///< of tags that have one (materials, walls)
   std::vector<MeshField> point_fields, cell_fields;
 
   [[nodiscard]] const MeshField* point_field(const std::string& name) const {

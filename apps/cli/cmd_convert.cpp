@@ -6,60 +6,78 @@
 #include "apps/pipeline/output.h"
 #include "apps/pipeline/text.h"
 #include "core/error.h"
-#include "core/file.h"
 #include "mesh/io.h"
 
 namespace lamina::cli {
 namespace {
 
-/// What the format of `out` cannot hold, in words; empty when nothing is lost.
-template <int D>
-std::string dropped(const Mesh<D>& mesh, const std::string& out) {
-  if (lower_extension(out) == ".vtu") {
-    std::vector<std::string> lost;
-    if (!mesh.facets.empty())
-      lost.push_back(fmt::format("{} boundary facets and their tags", mesh.facets.size()));
-    if (!mesh.point_tags.empty()) lost.push_back("point tags");
-    return join(lost);
+/// One line a format: name, suffixes, what it holds.
+std::string format_list() {
+  std::string text =
+      "Formats (c f p: tags of cells, facets, points; N: names of tags; F: fields; 2: 2D too):\n";
+  for (const MeshFormat& f : mesh_formats()) {
+    std::string holds;
+    const auto add = [&](bool held, char letter) { holds += held ? letter : '-'; };
+    add(f.cell_tags, 'c');
+    add(f.facet_tags, 'f');
+    add(f.point_tags, 'p');
+    add(f.facet_names, 'N');
+    add(f.point_fields != MeshFormat::Fields::kNoFields, 'F');
+    add(f.plane, '2');
+    text += fmt::format("  {:24}{}  {}{}\n", f.name, holds, fmt::join(f.suffixes, " "),
+                        f.reads ? "" : " (written only)");
   }
-  std::vector<std::string> names;
-  for (const auto* fields : {&mesh.point_fields, &mesh.cell_fields})
-    for (const MeshField& f : *fields) names.push_back(f.name);
-  return names.empty() ? "" : "the fields " + join(names);
+  return text;
+}
+
+struct State {
+  std::string in, out;
+  bool ascii = false, binary = false, cells_only = false, no_compress = false;
+  std::string version;
+};
+
+int convert(const State& state) {
+  OutputSet outputs;
+  outputs.expect_mesh(state.out, state.in);
+  MeshWriteOptions options;
+  if (state.ascii || state.binary) options.ascii = state.ascii;
+  options.version = state.version;
+  options.facets = !state.cells_only;
+  options.compress = !state.no_compress;
+  AnyMesh any = read_mesh(state.in);
+  const std::vector<std::string> lost = std::visit(
+      [&](auto& mesh) {
+        if (state.cells_only) {
+          mesh.facets.clear();
+          mesh.facet_tags.clear();
+          mesh.facet_names.clear();
+        }
+        return write_mesh(outputs.files(), state.out, mesh, options);
+      },
+      any);
+  outputs.commit();
+  if (!lost.empty())
+    fmt::print(stderr, "lamina: warning: {} cannot hold {}: dropped\n", state.out, join(lost));
+  return kDone;
 }
 
 }  // namespace
 
 void add_convert(CLI::App& root, Commands& commands) {
   CLI::App* app = root.add_subcommand("convert", "Turn a mesh into another format");
-  app->footer(
-      "What the target format cannot hold is named on stderr.\nExample:\n  lamina convert wing.vtu "
-      "wing.meshb");
-  struct State {
-    std::string in, out;
-  };
+  app->footer(format_list() +
+              "What the target format cannot hold is named on stderr.\nExamples:\n  lamina convert wing.vtu "
+              "wing.meshb\n  lamina convert wing.meshb wing.msh --format-version 2.2 --ascii");
   auto state = std::make_shared<State>();
-  app->add_option("IN", state->in, ".vtu .mesh .meshb")->required();
-  app->add_option("OUT", state->out, ".vtu .mesh .meshb")->required();
-  commands.push_back(
-      {app, [state] {
-         if (!is_writable_mesh(state->out))
-           throw Error(ErrorCode::kUsage,
-                       fmt::format("{}: a mesh is written as .vtu, .mesh or .meshb", state->out));
-         OutputSet outputs;
-         outputs.expect(state->out, state->in);
-         const AnyMesh any = read_mesh(state->in);
-         const std::string lost = std::visit(
-             [&](const auto& mesh) {
-               outputs.write(state->out, [&](const auto& path) { write_mesh(path, mesh); });
-               return dropped(mesh, state->out);
-             },
-             any);
-         outputs.commit();
-         if (!lost.empty())
-           fmt::print(stderr, "lamina: warning: {} cannot hold {}: dropped\n", state->out, lost);
-         return kDone;
-       }});
+  app->add_option("IN", state->in, readable_mesh_suffixes())->required();
+  app->add_option("OUT", state->out, writable_mesh_suffixes())->required();
+  CLI::Option* ascii = app->add_flag("--ascii", state->ascii, "text, where the format has both");
+  app->add_flag("--binary", state->binary, "binary, where the format has both (default)")->excludes(ascii);
+  app->add_option("--format-version", state->version,
+                  "of the format: .msh 4.1 or 2.2; .mesh, .meshb 2, 3 or 4");
+  app->add_flag("--cells-only", state->cells_only, "leave out the facets");
+  app->add_flag("--no-compress", state->no_compress, "faster and larger .vtu");
+  commands.push_back({app, [state] { return convert(*state); }});
 }
 
 }  // namespace lamina::cli

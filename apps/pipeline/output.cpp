@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "mesh/io.h"
 
 namespace lamina {
 namespace {
@@ -72,6 +73,16 @@ OutputSet::~OutputSet() {
 
 void OutputSet::expect(const fs::path& target, const fs::path& input) {
   check_writable(target);
+  enter(target, input);
+}
+
+void OutputSet::expect_mesh(const fs::path& target, const fs::path& input) {
+  check_writable_mesh(target);
+  for (const fs::path& file : mesh_files(target)) enter(file, input);
+}
+
+/// Takes down a target that can be written.
+void OutputSet::enter(const fs::path& target, const fs::path& input) {
   const fs::path resolved = follow_links(target);
   const bool special = is_special(resolved);
   if (!special && !input.empty() && same_file(resolved, input))
@@ -106,6 +117,7 @@ void OutputSet::write_text(const fs::path& target, const std::string& text) {
 }
 
 void OutputSet::commit() {
+  files_.finish();
   for (Entry& entry : entries_) {
     if (entry.staged.empty()) continue;
     if (entry.special) {
@@ -122,6 +134,7 @@ void OutputSet::commit() {
                   fmt::format("{}: cannot be written: {}", entry.target.string(), ec.message()));
     entry.staged.clear();
   }
+  files_.commit();
 }
 
 std::vector<fs::path> OutputSet::targets() const {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/file.h"
 #include "core/parallel.h"
 
 namespace lamina {
@@ -24,6 +25,12 @@ class OutputSet {
   /// twice or is the same file as `input`.
   void expect(const std::filesystem::path& target, const std::filesystem::path& input);
 
+  /// The same for all files of a mesh (mesh/io.h). Errors also: kUsage for a format that is not written.
+  void expect_mesh(const std::filesystem::path& target, const std::filesystem::path& input);
+
+  /// Files that their writer fills itself; named together with the others by commit().
+  OutputFiles& files() { return files_; }
+
   /// Calls writer(path) with the temporary name, which has the target's extension. Targets that are devices
   /// or pipes are written through a file in the system's temporary folder.
   void write(const std::filesystem::path& target, FunctionRef<void(const std::filesystem::path&)> writer);
@@ -39,7 +46,10 @@ class OutputSet {
     std::filesystem::path target, resolved, staged;
     bool special = false;
   };
+  void enter(const std::filesystem::path& target, const std::filesystem::path& input);
+
   std::vector<Entry> entries_;
+  OutputFiles files_;
 };
 
 /// Errors: kUsage unless the lower-case extension of `path` is one of `known`; `what` such as "a mesh".

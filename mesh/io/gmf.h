@@ -2,10 +2,11 @@
 //
 // Binary files are a chain of sections: int32 keyword, position of the next keyword, count, records. The
 // header int32 is 1 in the byte order of the writer. Version 1: float32 reals; 2: float64; 3: float64 and
-// 64-bit positions; 4: 64-bit integers as well. We write version 2 while positions fit 31 bits, else 3, in
-// little-endian order. Read are Vertices, Edges, Triangles, Tetrahedra and SolAtVertices; every other keyword
-// is skipped: in binary by the position of the next one, which must grow and stay inside the file, in ascii
-// up to the next word. Whether a file is ascii or binary follows from its first bytes, not from its name.
+// 64-bit positions; 4: 64-bit integers as well. We write version 2 while positions fit 31 bits, else 3 (4 on
+// request), in little-endian order. Read are Vertices, Edges, Triangles, Tetrahedra and SolAtVertices; every
+// other keyword is skipped: in binary by the position of the next one, which must grow and stay inside the
+// file, in ascii up to the next word. Whether a file is ascii or binary follows from its first bytes, not
+// from its name.
 #pragma once
 
 #include <string>
@@ -30,10 +31,9 @@ struct GmfSolution {
 /// Errors as parse_gmf; kFileUnsupported when there is not exactly one scalar or tensor a vertex.
 GmfSolution parse_gmf_solution(std::string_view bytes, const std::string& name);
 
-enum class GmfForm {
-  kAscii,
-  kBinary,
-  kBinaryWide,  ///< with 64-bit positions even where the file does not need them
+struct GmfForm {
+  bool ascii = false;
+  int version = 0;  ///< 2, 3 or 4; 0: 2, or 3 where positions need 64 bits
 };
 
 /// Ascii coordinates are the shortest decimals that read back to the same bits.

@@ -2,16 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <limits>
 #include <utility>
 
 namespace lamina::io {
 namespace {
 
-constexpr bool is_space(char c) {
-  return c == ' ' || c == '\n' || c == '\t' || c == '\r' || c == '\f' || c == '\v';
-}
 constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
 /// Keywords that are read; every other word starts a section to be skipped.
@@ -20,19 +16,6 @@ constexpr std::pair<std::string_view, Gmf> kKeywords[] = {
     {"Triangles", Gmf::kTriangles},         {"Tetrahedra", Gmf::kTetrahedra}, {"End", Gmf::kEnd},
     {"SolAtVertices", Gmf::kSolAtVertices},
 };
-
-/// from_chars takes no plus sign.
-std::string_view without_plus(std::string_view token) {
-  if (token.size() > 1 && token.front() == '+' && token[1] != '-') token.remove_prefix(1);
-  return token;
-}
-
-/// At most 40 printable characters of a token, for messages.
-std::string shown(std::string_view token) {
-  std::string text;
-  for (const char c : token.substr(0, 40)) text += c >= ' ' && c <= '~' ? c : '?';
-  return text;
-}
 
 }  // namespace
 
@@ -100,75 +83,19 @@ void BinaryGmf::need(std::size_t bytes) {
     fail_format(*source_, byte_of(at_), "the section or the file ends here");
 }
 
-AsciiGmf::AsciiGmf(const Source& source) : source_(&source) {
-  if (token() != "MeshVersionFormatted")
-    fail_format(source, place(),
-                "a GMF file starts with MeshVersionFormatted (ascii) or the number 1 (binary)");
-  integer();
-}
-
-std::string_view AsciiGmf::token() {
-  const std::string_view text = source_->bytes;
-  while (at_ < text.size()) {
-    if (is_space(text[at_])) {
-      ++at_;
-    } else if (text[at_] == '#') {
-      while (at_ < text.size() && text[at_] != '\n') ++at_;
-    } else {
-      break;
-    }
-  }
-  last_ = at_;
-  while (at_ < text.size() && !is_space(text[at_]) && text[at_] != '#') ++at_;
-  return text.substr(last_, at_ - last_);
+AsciiGmf::AsciiGmf(const Source& source) : text_(source, '#') {
+  if (text_.word() != "MeshVersionFormatted")
+    text_.fail("a GMF file starts with MeshVersionFormatted (ascii) or the number 1 (binary)");
+  text_.integer();
 }
 
 Gmf AsciiGmf::next_keyword() {
-  for (std::string_view t = token(); !t.empty(); t = token()) {
+  for (std::string_view t = text_.word(); !t.empty(); t = text_.word()) {
     if (!is_letter(t.front())) continue;
     for (const auto& [name, keyword] : kKeywords)
       if (t == name) return keyword;
   }
   return Gmf::kEnd;
-}
-
-int AsciiGmf::word() {
-  const std::int64_t value = integer();
-  if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max())
-    fail_format(*source_, place(), fmt::format("the number {} does not fit 32 bits", value));
-  return static_cast<int>(value);
-}
-
-std::int64_t AsciiGmf::count() { return integer(); }
-
-void AsciiGmf::expect(std::int64_t records, int reals, int integers) {
-  // A number takes a digit and a separator at least; the last one may lack the separator.
-  const auto left = static_cast<std::int64_t>(source_->bytes.size() - at_);
-  const std::int64_t most = (left + 1) / (2 * (reals + integers));
-  if (records < 0 || records > most || records > std::numeric_limits<Index>::max())
-    fail_format(
-        *source_, place(),
-        fmt::format("a count of {}, but the rest of the file has room for at most {}", records, most));
-}
-
-double AsciiGmf::real() {
-  const std::string_view t = without_plus(token());
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(t.data(), t.data() + t.size(), value);
-  // Out of range happens for denormals, too: both are taken as format errors rather than rounded to 0 or
-  // infinity.
-  if (error != std::errc() || end != t.data() + t.size())
-    fail_format(*source_, place(), fmt::format("expected a number, found \"{}\"", shown(t)));
-  return value;
-}
-
-std::int64_t AsciiGmf::integer() {
-  const std::string_view t = without_plus(token());
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(t.data(), t.data() + t.size(), value);
-  if (error != std::errc() || end != t.data() + t.size())
-    fail_format(*source_, place(), fmt::format("expected an integer, found \"{}\"", shown(t)));
-  return value;
 }
 
 }  // namespace lamina::io

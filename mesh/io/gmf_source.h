@@ -10,6 +10,7 @@
 #include <string>
 
 #include "mesh/io/raw.h"
+#include "mesh/io/text.h"
 
 namespace lamina::io {
 
@@ -77,19 +78,15 @@ class AsciiGmf {
   explicit AsciiGmf(const Source& source);
 
   Gmf next_keyword();
-  int word();
-  std::int64_t count();
-  void expect(std::int64_t records, int reals, int integers);
-  double real();
-  std::int64_t integer();
-  [[nodiscard]] std::string place() const { return line_of(*source_, last_); }
+  int word() { return text_.index(); }
+  std::int64_t count() { return text_.integer(); }
+  void expect(std::int64_t records, int reals, int integers) { text_.expect(records, reals + integers); }
+  double real() { return text_.real(); }
+  std::int64_t integer() { return text_.integer(); }
+  [[nodiscard]] std::string place() const { return text_.place(); }
 
  private:
-  /// The next token, empty at the end of the file. Comments run from # to the end of the line.
-  std::string_view token();
-
-  const Source* source_;
-  std::size_t at_ = 0, last_ = 0;
+  TextSource text_;
 };
 
 }  // namespace lamina::io

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "core/parallel.h"
@@ -81,6 +83,8 @@ Mesh<3> make_solid(RawMesh&& raw) {
   mesh.cell_tags = useful(std::move(raw.tets.tags));
   mesh.facets = std::move(raw.triangles.cells);
   mesh.facet_tags = useful(std::move(raw.triangles.tags));
+  mesh.cell_names = std::move(raw.tets.names);
+  mesh.facet_names = std::move(raw.triangles.names);
   mesh.point_tags = useful(std::move(raw.point_tags));
   mesh.point_fields = std::move(raw.point_fields);
   mesh.cell_fields = std::move(raw.cell_fields);
@@ -96,6 +100,8 @@ Mesh<2> make_plane(RawMesh&& raw) {
   mesh.cell_tags = useful(std::move(raw.triangles.tags));
   mesh.facets = std::move(raw.edges.cells);
   mesh.facet_tags = useful(std::move(raw.edges.tags));
+  mesh.cell_names = std::move(raw.triangles.names);
+  mesh.facet_names = std::move(raw.edges.names);
   mesh.point_tags = useful(std::move(raw.point_tags));
   mesh.point_fields = std::move(raw.point_fields);
   mesh.cell_fields = std::move(raw.cell_fields);
@@ -119,6 +125,90 @@ void fail_format(const Source& source, const std::string& place, const std::stri
 
 void fail_unsupported(const Source& source, const std::string& what) {
   throw Error(ErrorCode::kFileUnsupported, fmt::format("{}: {}", source.name, what));
+}
+
+std::string name_of_tag(const TagNames& names, Index tag, std::string_view kind) {
+  const auto found = names.find(tag);
+  return found != names.end() && !found->second.empty() ? found->second : fmt::format("{}_{}", kind, tag);
+}
+
+std::vector<Index> tags_of_names(const std::vector<std::string>& names_in_file,
+                                 const std::vector<std::optional<Index>>& given, std::string_view kind,
+                                 TagNames& names) {
+  const std::string prefix = fmt::format("{}_", kind);
+  const auto number_in = [&](std::string_view name) -> std::optional<Index> {
+    if (name.substr(0, prefix.size()) == prefix) name.remove_prefix(prefix.size());
+    Index value = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), value);
+    if (error != std::errc() || end != name.data() + name.size()) return std::nullopt;
+    return value;
+  };
+  std::vector<std::optional<Index>> tags(names_in_file.size());
+  std::set<Index> used;
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    const auto tag = given[i] ? given[i] : number_in(names_in_file[i]);
+    if (tag && used.insert(*tag).second) tags[i] = tag;
+  }
+  Index next = 1;
+  std::vector<Index> found;
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    while (!tags[i] && used.count(next) > 0) ++next;
+    if (!tags[i]) used.insert(next);
+    found.push_back(tags[i].value_or(next));
+    if (number_in(names_in_file[i]) != found.back()) names[found.back()] = names_in_file[i];
+  }
+  return found;
+}
+
+std::vector<std::string> plain_names(const std::vector<Index>& tags, const TagNames& names,
+                                     std::string_view kind, std::vector<std::string>& lost) {
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '.' || c == '-';
+  };
+  std::set<std::string> used;
+  std::vector<std::string> plain;
+  for (const Index tag : tags) {
+    const std::string name = name_of_tag(names, tag, kind);
+    std::string word = name;
+    std::replace_if(
+        word.begin(), word.end(), [&](char c) { return !is_plain(c); }, '_');
+    while (!used.insert(word).second) word += fmt::format("_{}", tag);
+    if (word != name) lost.push_back(fmt::format("the name \"{}\" (now {})", name, word));
+    plain.push_back(word);
+  }
+  return plain;
+}
+
+std::vector<Index> distinct_tags(const std::vector<Index>& tags, std::size_t items) {
+  if (tags.empty()) return items == 0 ? std::vector<Index>{} : std::vector<Index>{0};
+  std::vector<Index> found;
+  for (const Index t : tags) {
+    if (!found.empty() && found.back() == t) continue;
+    found.push_back(t);
+    if (found.size() < 4096) continue;
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+TagGroups group_by_tag(const std::vector<Index>& tags, std::size_t items) {
+  TagGroups g;
+  g.tags = distinct_tags(tags, items);
+  g.start.assign(g.tags.size() + 1, 0);
+  const auto place = [&](std::size_t i) {
+    if (tags.empty()) return std::ptrdiff_t{0};
+    return std::lower_bound(g.tags.begin(), g.tags.end(), tags[i]) - g.tags.begin();
+  };
+  for (std::size_t i = 0; i < items; ++i) ++g.start[place(i) + 1];
+  for (std::size_t k = 1; k < g.start.size(); ++k) g.start[k] += g.start[k - 1];
+  std::vector<std::size_t> next = g.start;
+  g.order.resize(items);
+  for (std::size_t i = 0; i < items; ++i) g.order[next[place(i)]++] = static_cast<Index>(i);
+  return g;
 }
 
 AnyMesh assemble(RawMesh raw, const Source& source) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,7 @@ template <int N>
 struct RawCells {
   std::vector<std::array<Index, N>> cells;
   std::vector<Index> tags;
+  TagNames names;
   std::string place;
 };
 
@@ -43,6 +45,29 @@ struct RawMesh {
   RawCells<2> edges;
   std::vector<MeshField> point_fields, cell_fields;  ///< cell_fields belong to the cells of highest dimension
 };
+
+/// Name of a tag for a format that knows names only: its own, or `kind` and the number ("wall_3").
+std::string name_of_tag(const TagNames& names, Index tag, std::string_view kind);
+/// Tags for the names of a file: those that are given, else the number of a name that name_of_tag made, else
+/// numbers from 1 on that no other has; names that are not made of their number go to `names`.
+std::vector<Index> tags_of_names(const std::vector<std::string>& names_in_file,
+                                 const std::vector<std::optional<Index>>& given, std::string_view kind,
+                                 TagNames& names);
+
+/// Names of tags for formats whose names are words of letters, digits and _ . - : other characters become _,
+/// and names that are not unique get their tag behind them. What is changed is told in `lost`.
+std::vector<std::string> plain_names(const std::vector<Index>& tags, const TagNames& names,
+                                     std::string_view kind, std::vector<std::string>& lost);
+
+/// Sorted tags of so many items; {0} where there are items but no tags.
+std::vector<Index> distinct_tags(const std::vector<Index>& tags, std::size_t items);
+
+/// Items by their tags, in their order: order[start[k]] to order[start[k + 1] - 1] have tag tags[k].
+struct TagGroups {
+  std::vector<Index> tags, order;
+  std::vector<std::size_t> start;
+};
+TagGroups group_by_tag(const std::vector<Index>& tags, std::size_t items);
 
 /// Checks indices and coordinates and builds a 3D mesh where there are tetrahedra, a 2D one where there are
 /// only triangles in the plane z = 0. Tags that are all 0 are dropped. Errors: kFileFormat (index out of

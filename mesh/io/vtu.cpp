@@ -294,7 +294,13 @@ AnyMesh parse_vtu(std::string_view bytes, const std::string& name) {
   gather(topology, kVtkTriangle, tags, raw.triangles);
   gather(topology, kVtkLine, tags, raw.edges);
   const std::uint8_t type = raw.tets.cells.empty() ? kVtkTriangle : kVtkTetra;
-  for (const DataArray& a : d.point_data) raw.point_fields.push_back(read_field(source, d, a, points));
+  for (const DataArray& a : d.point_data) {
+    if (a.name == "region" && a.components == 1 && is_integer(a.type)) {
+      raw.point_tags = read_values<Index>(source, d.layout, a, points);
+      continue;
+    }
+    raw.point_fields.push_back(read_field(source, d, a, points));
+  }
   for (const DataArray& a : d.cell_data) {
     if (a.name == "region" && a.components == 1) continue;
     raw.cell_fields.push_back(read_field(source, d, a, cells));

@@ -1,12 +1,12 @@
 // VTU, the XML file of a vtkUnstructuredGrid.
 //
-// Written: one piece, appended raw data, zlib blocks of 1 MiB, UInt64 header words, Float64 points and
-// fields, Int32 connectivity and offsets (Int64 where they do not fit), cell tags as Int32 cell data
-// "region". Facets and point tags have no place in it. Plane meshes get z = 0, their vectors a third
-// component 0. A symmetric tensor is stored with six components in the order of ParaView, XX YY ZZ XY YZ XZ
-// (ours is xx, xy, yy, xz, yz, zz); six components are read back in that order. Read: what VTK 9 and meshio
-// write, in any byte order. Triangles beside tetrahedra, and lines beside triangles, become facets; vertices
-// (cell type 1) are passed over.
+// Written: one piece, appended raw data, zlib blocks of 1 MiB or none, UInt64 header words, Float64 points
+// and fields, Int32 connectivity and offsets (Int64 where they do not fit), cell tags as Int32 cell data
+// "region". Facets, on request, are cells behind ours: cell fields are not a number there. Plane meshes get z
+// = 0, their vectors a third component 0. A symmetric tensor is stored with six components in the order of
+// ParaView, XX YY ZZ XY YZ XZ (ours is xx, xy, yy, xz, yz, zz); six components are read back in that order.
+// Read: what VTK 9 and meshio write, in any byte order. Triangles beside tetrahedra, and lines beside
+// triangles, become facets; vertices (cell type 1) are passed over.
 #pragma once
 
 #include <string>
@@ -20,7 +20,12 @@ namespace lamina::io {
 /// Errors: kFileFormat with the line, kFileUnsupported (other cells, several pieces, other compressors).
 AnyMesh parse_vtu(std::string_view bytes, const std::string& name);
 
+struct VtuOptions {
+  bool facets = false;  ///< as cells behind ours with their tags; point tags as point data "region"
+  bool compress = true;
+};
+
 template <int D>
-void write_vtu(OutputFile& out, const Mesh<D>& mesh);
+void write_vtu(OutputFile& out, const Mesh<D>& mesh, VtuOptions options = {});
 
 }  // namespace lamina::io

@@ -16,6 +16,7 @@ namespace lamina::io {
 namespace {
 
 constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
+constexpr std::size_t kWaveBytes = 16 * kBlockBytes;  // a multiple of every size of values
 // Fastest level: on tetrahedra and coordinates level 6 saves a tenth of the bytes and takes several times as
 // long.
 constexpr int kLevel = 1;
@@ -136,6 +137,17 @@ class Bytes {
   std::string_view text_;
   std::string decoded_;
 };
+
+std::string deflate_block(const std::vector<char>& plain) {
+  std::string packed(compressBound(static_cast<uLong>(plain.size())), '\0');
+  auto size = static_cast<uLongf>(packed.size());
+  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(plain.data()),
+                static_cast<uLong>(plain.size()), kLevel) != Z_OK)
+    throw Error(ErrorCode::kInternal, "zlib failed to compress a block");
+  packed.resize(size);
+  packed.shrink_to_fit();
+  return packed;
+}
 
 void inflate_block(const Context& c, std::string_view from, char* to, std::size_t size) {
   auto got = static_cast<uLongf>(size);
@@ -305,15 +317,37 @@ template std::vector<std::uint8_t> read_values<std::uint8_t>(const Source&, cons
 
 std::uint64_t EncodedArray::size() const {
   std::uint64_t bytes = 8 * header.size();
+  if (fill) bytes += values * value_size;
   for (const std::string& b : blocks) bytes += b.size();
   return bytes;
 }
 
-EncodedArray encode_values(std::size_t n, std::size_t value_size,
-                           FunctionRef<void(std::size_t, std::size_t, char*)> fill) {
+void EncodedArray::write(OutputFile& out) const {
+  out.write(header.data(), 8 * header.size());
+  for (const std::string& b : blocks) out.write(b);
+  if (!fill) return;
+  std::vector<char> plain(std::min(values * value_size, kWaveBytes));
+  const std::size_t per_wave = kWaveBytes / value_size, per_chunk = kBlockBytes / value_size;
+  for (std::size_t wave = 0; wave < values; wave += per_wave) {
+    const std::size_t n = std::min(values - wave, per_wave);
+    for_each_chunk(n, per_chunk, [&](std::size_t begin, std::size_t end) {
+      fill(wave + begin, wave + end, plain.data() + begin * value_size);
+    });
+    out.write(plain.data(), n * value_size);
+  }
+}
+
+EncodedArray encode_values(std::size_t n, std::size_t value_size, const FillValues& fill, bool compress) {
+  EncodedArray encoded;
+  if (!compress) {
+    encoded.header = {n * value_size};
+    encoded.values = n;
+    encoded.value_size = value_size;
+    encoded.fill = fill;
+    return encoded;
+  }
   const std::size_t per_block = kBlockBytes / value_size;
   const std::size_t blocks = (n + per_block - 1) / per_block;
-  EncodedArray encoded;
   encoded.blocks.resize(blocks);
   for_each_index(
       blocks,
@@ -321,15 +355,7 @@ EncodedArray encode_values(std::size_t n, std::size_t value_size,
         const std::size_t begin = b * per_block, end = std::min(n, begin + per_block);
         std::vector<char> plain((end - begin) * value_size);
         fill(begin, end, plain.data());
-        std::string packed(compressBound(static_cast<uLong>(plain.size())), '\0');
-        auto size = static_cast<uLongf>(packed.size());
-        if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
-                      reinterpret_cast<const Bytef*>(plain.data()), static_cast<uLong>(plain.size()),
-                      kLevel) != Z_OK)
-          throw Error(ErrorCode::kInternal, "zlib failed to compress a block");
-        packed.resize(size);
-        packed.shrink_to_fit();
-        encoded.blocks[b] = std::move(packed);
+        encoded.blocks[b] = deflate_block(plain);
       },
       1);
   encoded.header = {blocks, kBlockBytes, n % per_block * value_size};

@@ -9,10 +9,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/file.h"
 #include "core/parallel.h"
 #include "core/types.h"
 #include "mesh/io/raw.h"
@@ -31,6 +33,10 @@ enum class ScalarType {
   kFloat32,
   kFloat64
 };
+
+constexpr bool is_integer(ScalarType type) {
+  return type != ScalarType::kFloat32 && type != ScalarType::kFloat64;
+}
 
 /// One <DataArray>.
 struct DataArray {
@@ -60,16 +66,22 @@ template <class T>
 std::vector<T> read_values(const Source& source, const DataLayout& layout, const DataArray& array,
                            std::size_t expected);
 
-/// A binary array ready to be written: header words and compressed blocks.
+/// Stores values [begin, end) of an array.
+using FillValues = std::function<void(std::size_t, std::size_t, char*)>;
+
+/// A binary array ready to be written: header words and compressed blocks, or the values themselves, which
+/// are asked for when they are written.
 struct EncodedArray {
   std::vector<std::uint64_t> header;
   std::vector<std::string> blocks;
+  std::size_t values = 0, value_size = 0;
+  FillValues fill;                           ///< of an array that is not compressed
   [[nodiscard]] std::uint64_t size() const;  ///< bytes in the file
+  void write(OutputFile& out) const;
 };
 
-/// Compresses n values of `value_size` bytes in blocks of 1 MiB; fill(begin, end, to) stores values [begin,
-/// end). Parallel over blocks; the bytes do not depend on the number of threads.
-EncodedArray encode_values(std::size_t n, std::size_t value_size,
-                           FunctionRef<void(std::size_t, std::size_t, char*)> fill);
+/// n values of `value_size` bytes, compressed in blocks of 1 MiB, in parallel; the bytes do not depend on the
+/// number of threads. Not compressed: `fill` is kept.
+EncodedArray encode_values(std::size_t n, std::size_t value_size, const FillValues& fill, bool compress);
 
 }  // namespace lamina::io

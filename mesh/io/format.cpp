@@ -1,0 +1,159 @@
+// The table of formats.
+#include "mesh/io/format.h"
+
+#include <fmt/format.h>
+
+#include <new>
+
+#include "core/error.h"
+#include "core/words.h"
+#include "mesh/io/gmf.h"
+#include "mesh/io/msh.h"
+#include "mesh/io/su2.h"
+#include "mesh/io/tetgen_files.h"
+#include "mesh/io/ugrid.h"
+#include "mesh/io/vtu.h"
+
+namespace lamina::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Reader of a format whose files stand alone.
+template <AnyMesh (*Parse)(std::string_view, const std::string&)>
+AnyMesh read_file(const fs::path& path) {
+  const MappedFile file(path);
+  return Parse(file.bytes(), path.string());
+}
+
+template <int D>
+void write_vtu_file(WriteJob& job, const Mesh<D>& mesh) {
+  write_vtu(job.files.add(job.path), mesh, {.facets = job.options.facets, .compress = job.options.compress});
+  if (job.options.facets) return;
+  if (!mesh.facets.empty())
+    job.lost.push_back(counted(static_cast<std::int64_t>(mesh.facets.size()), "facet"));
+  if (!mesh.point_tags.empty()) job.lost.emplace_back("point tags");
+}
+
+template <int D, bool Ascii>
+void write_gmf_file(WriteJob& job, const Mesh<D>& mesh) {
+  const std::string& version = job.options.version;
+  write_gmf(job.files.add(job.path), mesh, {Ascii, version.empty() ? 0 : version[0] - '0'});
+}
+
+using Fields = MeshFormat::Fields;
+
+std::vector<FormatEntry> make_entries() {
+  return {
+      {{.name = "VTK unstructured grid",
+        .suffixes = {".vtu"},
+        .point_tags = true,
+        .point_fields = Fields::kAnyFields,
+        .cell_fields = Fields::kAnyFields},
+       read_file<parse_vtu>,
+       write_vtu_file<2>,
+       write_vtu_file<3>},
+      {{.name = "GMF ascii", .suffixes = {".mesh"}, .point_tags = true, .versions = {"2", "3", "4"}},
+       read_file<parse_gmf>,
+       write_gmf_file<2, true>,
+       write_gmf_file<3, true>},
+      {{.name = "GMF binary", .suffixes = {".meshb"}, .point_tags = true, .versions = {"2", "3", "4"}},
+       read_file<parse_gmf>,
+       write_gmf_file<2, false>,
+       write_gmf_file<3, false>},
+      {{.name = "Gmsh MSH",
+        .suffixes = {".msh"},
+        .cell_names = true,
+        .facet_names = true,
+        .point_fields = Fields::kTensorFields,
+        .cell_fields = Fields::kTensorFields,
+        .ascii = true,
+        .binary = true,
+        .versions = {"4.1", "2.2"}},
+       read_file<parse_msh>,
+       write_msh<2>,
+       write_msh<3>},
+      {{.name = "SU2", .suffixes = {".su2"}, .cell_tags = false, .facet_names = true},
+       read_file<parse_su2>,
+       write_su2<2>,
+       write_su2<3>},
+      {{.name = "TetGen, Triangle", .suffixes = {".node", ".ele", ".face"}, .point_tags = true},
+       read_tetgen_files,
+       write_tetgen_files<2>,
+       write_tetgen_files<3>,
+       tetgen_files},
+      {{.name = "UGRID",
+        .suffixes = {".lb8.ugrid", ".b8.ugrid", ".lb8l.ugrid", ".b8l.ugrid", ".ugrid"},
+        .plane = false,
+        .cell_tags = false},
+       read_ugrid,
+       nullptr,
+       write_ugrid},
+  };
+}
+
+/// The end of a path in lower case, without a slash behind it.
+std::string lower_name(const fs::path& path) {
+  std::string name = (path.has_filename() ? path : path.parent_path()).filename().string();
+  for (char& c : name)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return name;
+}
+
+/// A suffix without a dot is the whole name of a folder.
+bool ends_so(const std::string& name, std::string_view suffix) {
+  if (suffix.front() != '.') return name == suffix;
+  return name.size() > suffix.size() && name.compare(name.size() - suffix.size(), suffix.size(), suffix) == 0;
+}
+
+void add_fields(const std::vector<MeshField>& fields, Fields held, int dimension,
+                std::vector<std::string>& lost) {
+  for (const MeshField& f : fields) {
+    const bool tensor =
+        f.components == 1 || f.components == dimension || f.components == dimension * (dimension + 1) / 2;
+    if (held == Fields::kAnyFields || (held == Fields::kTensorFields && tensor)) continue;
+    lost.push_back(fmt::format("the field \"{}\"", f.name));
+  }
+}
+
+}  // namespace
+
+const std::vector<FormatEntry>& format_entries() {
+  static const std::vector<FormatEntry> entries = make_entries();
+  return entries;
+}
+
+const FormatEntry* find_format(const fs::path& path) {
+  const std::string name = lower_name(path);
+  const FormatEntry* found = nullptr;
+  std::size_t longest = 0;
+  for (const FormatEntry& e : format_entries()) {
+    for (const std::string_view suffix : e.format.suffixes) {
+      if (suffix.size() <= longest || !ends_so(name, suffix)) continue;
+      longest = suffix.size();
+      found = &e;
+    }
+  }
+  return found;
+}
+
+template <int D>
+std::vector<std::string> not_held(const MeshFormat& format, const Mesh<D>& mesh) {
+  std::vector<std::string> lost;
+  if (!format.exact) lost.emplace_back("coordinates beyond single precision");
+  if (!format.facets && !mesh.facets.empty())
+    lost.push_back(counted(static_cast<std::int64_t>(mesh.facets.size()), "facet"));
+  if (!format.cell_tags && !mesh.cell_tags.empty()) lost.emplace_back("cell tags");
+  if (format.facets && !format.facet_tags && !mesh.facet_tags.empty()) lost.emplace_back("facet tags");
+  if (!format.point_tags && !mesh.point_tags.empty()) lost.emplace_back("point tags");
+  if ((!format.cell_names && !mesh.cell_names.empty()) || (!format.facet_names && !mesh.facet_names.empty()))
+    lost.emplace_back("names of tags");
+  add_fields(mesh.point_fields, format.point_fields, D, lost);
+  add_fields(mesh.cell_fields, format.cell_fields, D, lost);
+  return lost;
+}
+
+template std::vector<std::string> not_held<2>(const MeshFormat&, const Mesh<2>&);
+template std::vector<std::string> not_held<3>(const MeshFormat&, const Mesh<3>&);
+
+}  // namespace lamina::io
