@@ -18,7 +18,7 @@ namespace lamina {
 /// all.
 struct MeshFormat {
   std::string_view name;
-  std::vector<std::string_view> suffixes;  ///< lower case; that of a folder has no dot
+  std::vector<std::string_view> suffixes;  ///< compared in any case; that of a folder has no dot
   bool reads = true, writes = true;
   bool plane = true;  ///< 2D meshes
   bool facets = true;

@@ -51,7 +51,7 @@ void add_metric_options(CLI::App& app, Adaptation& a) {
 
 void add_other_options(CLI::App& app, State& s) {
   Adaptation& a = s.adaptation;
-  app.add_option("-o,--out", a.outputs, "mesh to write: .vtu, .mesh or .meshb; may be repeated")
+  app.add_option("-o,--out", a.outputs, "mesh to write (formats: lamina convert --help); may be repeated")
       ->type_name("FILE")
       ->group("Output")
       ->type_size(1)
@@ -100,9 +100,8 @@ void add_adapt(CLI::App& root, Commands& commands) {
       "Exit codes: 0 done; 1 internal failure; 2 bad input; 3 mesh written, but a wanted property was "
       "missed.");
   auto state = std::make_shared<State>();
-  app->add_option(
-      "MESH", state->adaptation.mesh,
-      ".vtu .mesh .meshb (default: with --analytic, a lattice in the box the metric is defined on)");
+  app->add_option("MESH", state->adaptation.mesh,
+                  "a mesh (default: with --analytic, a lattice in the box the metric is defined on)");
   add_metric_options(*app, state->adaptation);
   add_other_options(*app, *state);
   commands.push_back({app, [state] { return run(*state); }});

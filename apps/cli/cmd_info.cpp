@@ -222,7 +222,8 @@ Json file_info(const InfoRequest& request) {
     return std::visit([&](const auto& mesh) { return mesh_json(path, mesh); }, read_mesh(path));
   const MappedFile exists(path);  // a missing file or a folder is the better message
   throw Error(ErrorCode::kFileUnsupported,
-              fmt::format("{}: unknown kind of file; known are .stl .obj .ply .vdb .vtu .mesh .meshb", path));
+              fmt::format("{}: unknown kind of file; known are .stl .obj .ply .vdb {}", path,
+                          readable_mesh_suffixes()));
 }
 
 }  // namespace
@@ -231,7 +232,7 @@ void add_info(CLI::App& root, Commands& commands) {
   CLI::App* app = root.add_subcommand("info", "What is in a surface, a level set or a mesh file");
   app->footer("Examples:\n  lamina info wing.stl --json\n  lamina info wing.stl --unit mm --hmin 1e-4");
   auto state = std::make_shared<InfoRequest>();
-  app->add_option("FILE", state->file, ".stl .obj .ply .vdb .vtu .mesh .meshb")->required();
+  app->add_option("FILE", state->file, ".stl .obj .ply .vdb " + readable_mesh_suffixes())->required();
   app->add_flag("--json", state->json, "print JSON");
   app->add_option("--hmin", state->h_min,
                   "surfaces: height of the first layer that the facets are to carry (unit of the file, "

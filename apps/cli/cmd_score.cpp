@@ -107,7 +107,7 @@ void add_score(CLI::App& root, Commands& commands) {
       "valid.\n"
       "Example:\n  lamina score wing.meshb --metric wing.solb --json");
   auto state = std::make_shared<State>();
-  app->add_option("MESH", state->mesh, ".vtu .mesh .meshb")->required();
+  app->add_option("MESH", state->mesh, readable_mesh_suffixes())->required();
   auto* file = app->add_option(
       "--metric", state->metric,
       "metric at the vertices, .sol or .solb (default: the point field \"metric\" of the mesh)");

@@ -169,7 +169,7 @@ void add_view(CLI::App& root, Commands& commands) {
   auto state = std::make_shared<State>(*app);
   constexpr const char *kMeshes = "Slices of meshes", *kBodies = "Bodies seen from outside";
   app->add_option("FILE", state->file,
-                  "a mesh: .vtu (with fields), .mesh or .meshb; a body: .stl, .obj, .ply or .vdb")
+                  "a mesh (formats: lamina convert --help); a body: .stl, .obj, .ply or .vdb")
       ->required();
   app->add_option("-o,--out", state->out, "file to write: .png, .svg or .pdf")->required()->type_name("FILE");
   app->add_option("--color", state->color,

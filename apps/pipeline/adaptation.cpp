@@ -48,17 +48,13 @@ void check(const Adaptation& a) {
   if (!a.analytic.empty() && !a.metric.empty())
     throw Error(ErrorCode::kUsage, "both --analytic and --metric are given: one metric is enough");
   if (a.mesh.empty() && a.analytic.empty())
-    throw Error(ErrorCode::kUsage,
-                "no mesh is given: name a .vtu, .mesh or .meshb file, or a metric with --analytic");
+    throw Error(ErrorCode::kUsage, "no mesh is given: name a mesh file, or a metric with --analytic");
   if (a.outputs.empty())
     throw Error(ErrorCode::kUsage, "no output is given: name a mesh file with -o FILE.meshb");
 }
 
 void expect_outputs(const Adaptation& a, OutputSet& outputs) {
-  for (const fs::path& path : a.outputs) {
-    require_extension(path, "a mesh", {".vtu", ".mesh", ".meshb"});
-    outputs.expect(path, a.mesh);
-  }
+  for (const fs::path& path : a.outputs) outputs.expect_mesh(path, a.mesh);
   if (a.metric_out) {
     require_extension(*a.metric_out, "a metric", {".sol", ".solb"});
     outputs.expect(*a.metric_out, a.metric);
@@ -247,7 +243,7 @@ void write_results(const Adaptation& a, Mesh<D>& mesh, const std::vector<Metric<
   mesh.point_fields = {tensor_field<D>(metric)};
   mesh.cell_fields = {quality_field<D>(mesh, metric)};
   for (const fs::path& path : a.outputs) {
-    outputs.write(path, [&](const fs::path& p) { write_mesh<D>(p, mesh); });
+    write_mesh<D>(outputs.files(), path, mesh);
     progress.check_cancelled();
   }
   if (a.metric_out) outputs.write(*a.metric_out, [&](const fs::path& p) { write_metric<D>(p, metric); });

@@ -391,12 +391,14 @@ void add_output(Options& o) {
     return typed(real("output", std::move(key), std::move(flags), "", "", std::move(help)),
                  OptionType::kText);
   };
-  o.push_back(
-      bind(typed(file("files", "-o,--out",
-                      "mesh to write: .vtu, .mesh or .meshb; may be repeated. The resolved case is written "
-                      "beside the first one, as NAME.case.toml"),
-                 OptionType::kTexts),
-           [](Case& c) -> std::vector<Path>& { return c.outputs; }));
+  o.push_back(bind(
+      typed(
+          file(
+              "files", "-o,--out",
+              "mesh to write (formats: lamina convert --help); may be repeated. The resolved case is written "
+              "beside the first one, as NAME.case.toml"),
+          OptionType::kTexts),
+      [](Case& c) -> std::vector<Path>& { return c.outputs; }));
   o.push_back(bind(file("metric", "--metric-out", "metric at the vertices to write: .sol or .solb"),
                    [](Case& c) -> optional<Path>& { return c.metric_out; }));
   o.push_back(bind(file("levelset", "--levelset", "level set to write: .vdb"),

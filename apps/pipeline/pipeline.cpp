@@ -46,10 +46,7 @@ fs::path resolved_case_path(const Case& c) {
 /// Checks names and places of all outputs before the work starts.
 void expect_outputs(const Case& c, OutputSet& outputs) {
   const auto expect = [&](const fs::path& path) { outputs.expect(path, c.body); };
-  for (const fs::path& path : c.outputs) {
-    require_extension(path, "a mesh", {".vtu", ".mesh", ".meshb"});
-    expect(path);
-  }
+  for (const fs::path& path : c.outputs) outputs.expect_mesh(path, c.body);
   if (c.metric_out) {
     require_extension(*c.metric_out, "a metric", {".sol", ".solb"});
     expect(*c.metric_out);
@@ -176,7 +173,7 @@ struct Result {
 void write_outputs(const Result& made, OutputSet& outputs, StageRecorder& stages) {
   const Case& c = made.resolved.c;
   for (const fs::path& path : c.outputs) {
-    outputs.write(path, [&](const fs::path& p) { write_mesh<3>(p, made.mesh); });
+    write_mesh<3>(outputs.files(), path, made.mesh);
     stages.check_cancelled();
   }
   if (c.metric_out)

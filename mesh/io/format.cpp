@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/words.h"
+#include "mesh/io/foam.h"
 #include "mesh/io/gmf.h"
 #include "mesh/io/msh.h"
 #include "mesh/io/su2.h"
@@ -89,20 +90,35 @@ std::vector<FormatEntry> make_entries() {
        read_ugrid,
        nullptr,
        write_ugrid},
+      {{.name = "OpenFOAM polyMesh",
+        .suffixes = {"polyMesh", ".foam"},
+        .plane = false,
+        .cell_names = true,
+        .facet_names = true,
+        .ascii = true,
+        .binary = true},
+       read_foam,
+       nullptr,
+       write_foam,
+       foam_files},
   };
 }
 
-/// The end of a path in lower case, without a slash behind it.
-std::string lower_name(const fs::path& path) {
-  std::string name = (path.has_filename() ? path : path.parent_path()).filename().string();
+std::string lower(std::string_view text) {
+  std::string name(text);
   for (char& c : name)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return name;
 }
 
+/// The end of a path in lower case, without a slash behind it.
+std::string lower_name(const fs::path& path) {
+  return lower((path.has_filename() ? path : path.parent_path()).filename().string());
+}
+
 /// A suffix without a dot is the whole name of a folder.
 bool ends_so(const std::string& name, std::string_view suffix) {
-  if (suffix.front() != '.') return name == suffix;
+  if (suffix.front() != '.') return name == lower(suffix);
   return name.size() > suffix.size() && name.compare(name.size() - suffix.size(), suffix.size(), suffix) == 0;
 }
 
