@@ -57,7 +57,7 @@ struct MeshWriteOptions {
   /// .vtu: facets with their tags as triangles beside the tetrahedra, point tags as point data "region".
   /// DEFAULT: cells only, as viewers like it.
   bool facets = false;
-  bool compress = true;  ///< .vtu, .xdmf
+  bool compress = true;  ///< .vtu
 };
 
 /// The files that make up the mesh `path`, in the order they are written.

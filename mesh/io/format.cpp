@@ -7,13 +7,17 @@
 
 #include "core/error.h"
 #include "core/words.h"
+#include "mesh/io/cgns.h"
 #include "mesh/io/foam.h"
 #include "mesh/io/gmf.h"
+#include "mesh/io/houdini.h"
 #include "mesh/io/msh.h"
 #include "mesh/io/su2.h"
 #include "mesh/io/tetgen_files.h"
 #include "mesh/io/ugrid.h"
+#include "mesh/io/usda.h"
 #include "mesh/io/vtu.h"
+#include "mesh/io/xdmf.h"
 
 namespace lamina::io {
 namespace {
@@ -101,6 +105,52 @@ std::vector<FormatEntry> make_entries() {
        nullptr,
        write_foam,
        foam_files},
+#ifdef LAMINA_HDF5
+      {{.name = "XDMF with HDF5",
+        .suffixes = {".xdmf"},
+        .point_tags = true,
+        .cell_names = true,
+        .facet_names = true,
+        .point_fields = Fields::kAnyFields,
+        .cell_fields = Fields::kAnyFields},
+       read_xdmf,
+       write_xdmf<2>,
+       write_xdmf<3>,
+       xdmf_files},
+#endif
+#ifdef LAMINA_CGNS
+      {{.name = "CGNS",
+        .suffixes = {".cgns"},
+        .point_tags = true,
+        .facet_names = true,
+        .point_fields = Fields::kTensorFields,
+        .cell_fields = Fields::kTensorFields},
+       read_cgns,
+       write_cgns<2>,
+       write_cgns<3>},
+#endif
+      {{.name = "Houdini geometry",
+        .suffixes = {".geo"},
+        .plane = false,
+        .point_tags = true,
+        .point_fields = Fields::kAnyFields,
+        .cell_fields = Fields::kAnyFields},
+       read_file<parse_geo>,
+       nullptr,
+       write_geo},
+      {{.name = "USD TetMesh",
+        .suffixes = {".usda"},
+        .reads = false,
+        .plane = false,
+        .point_tags = true,
+        .cell_names = true,
+        .facet_names = true,
+        .point_fields = Fields::kAnyFields,
+        .cell_fields = Fields::kAnyFields,
+        .exact = false},
+       nullptr,
+       nullptr,
+       write_usda},
   };
 }
 

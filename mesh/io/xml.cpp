@@ -60,8 +60,10 @@ bool XmlScanner::skip_markup() {
     end = "-->";
   } else if (starts_with("<?")) {
     end = "?>";
+  } else if (starts_with("<!DOCTYPE") && declares_nothing()) {
+    end = ">";
   } else if (starts_with("<!")) {
-    fail("document types and CDATA are not taken");
+    fail("document types with declarations and CDATA are not taken");
   } else {
     return false;
   }
@@ -69,6 +71,14 @@ bool XmlScanner::skip_markup() {
   if (found == std::string_view::npos) fail("a comment or declaration that does not end");
   at_ = found + end.size();
   return true;
+}
+
+/// True when the document type at the position declares nothing of its own: no [...] but an empty one.
+bool XmlScanner::declares_nothing() const {
+  const std::string_view rest = source_->bytes.substr(at_);
+  const std::string_view type = rest.substr(0, rest.find('>'));
+  const std::size_t bracket = type.find('[');
+  return bracket == std::string_view::npos || type.substr(bracket, 2) == "[]";
 }
 
 XmlEvent XmlScanner::open_tag() {

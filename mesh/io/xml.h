@@ -2,8 +2,8 @@
 // declarations.
 //
 // A library was rejected because the raw appended data of a .vtu is not XML: here the caller stops at any
-// element and takes the bytes behind it. Document types, CDATA and processing beyond the five named entities
-// are refused.
+// element and takes the bytes behind it. Document types that declare something, CDATA and processing beyond
+// the five named entities are refused.
 #pragma once
 
 #include <string>
@@ -43,6 +43,7 @@ class XmlScanner {
 
  private:
   bool skip_markup();
+  [[nodiscard]] bool declares_nothing() const;
   XmlEvent open_tag();
   XmlEvent close_tag();
   std::string_view name();

@@ -24,6 +24,8 @@ EXCLUSIVE = (
     (r"(openvdb|nanovdb)/.*", r"(tests/)?vdb/[^/]+\.cpp|(tests/)?vdb/detail/[^/]+\.(h|cpp)",
      "OpenVDB belongs to vdb/*.cpp and vdb/detail/"),
     (r"(tbb|oneapi/tbb)/.*", r"core/parallel\.cpp", "TBB belongs to core/parallel.cpp"),
+    (r"hdf5\.h", r"mesh/io/hdf5_file\.cpp", "HDF5 belongs to mesh/io/hdf5_file.cpp"),
+    (r"cgnslib\.h", r"mesh/io/cgns\.cpp", "CGNS belongs to mesh/io/cgns.cpp"),
     (r"tetgen\.h", r"mesh/seed/tetgen\.cpp", "TetGen belongs to mesh/seed/tetgen.cpp"),
 )
 # (pattern of the including file, pattern of the included path, rule in words)
