@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLongestName = 32;
 constexpr const char* kRegion = "region";
-constexpr const char *kElements = "Elements", *kPoints = "PointData", *kCells = "CellData";
+constexpr const char *kElements = "GridElements", *kPoints = "PointData", *kCells = "CellData";
 
 template <int D>
 constexpr std::array<const char*, D == 2 ? 3 : 6> kTensorSuffix = [] {
@@ -81,7 +81,7 @@ class CgnsWriter {
     const std::array<cgsize_t, 3> size = {static_cast<cgsize_t>(mesh_.points.size()),
                                           static_cast<cgsize_t>(mesh_.cells.size()), 0};
     file_.check(cg_base_write(file_.id(), "Base", D, D, &base_));
-    file_.check(cg_zone_write(file_.id(), base_, "Zone", size.data(), CGNS_ENUMV(Unstructured), &zone_));
+    file_.check(cg_zone_write(file_.id(), base_, "Zone1", size.data(), CGNS_ENUMV(Unstructured), &zone_));
     std::vector<double> x(mesh_.points.size());
     for (int k = 0; k < D; ++k) {
       for (std::size_t i = 0; i < x.size(); ++i) x[i] = mesh_.points[i][k];

@@ -172,14 +172,19 @@ bool ends_so(const std::string& name, std::string_view suffix) {
   return name.size() > suffix.size() && name.compare(name.size() - suffix.size(), suffix.size(), suffix) == 0;
 }
 
-void add_fields(const std::vector<MeshField>& fields, Fields held, int dimension,
-                std::vector<std::string>& lost) {
-  for (const MeshField& f : fields) {
-    const bool tensor =
-        f.components == 1 || f.components == dimension || f.components == dimension * (dimension + 1) / 2;
-    if (held == Fields::kAnyFields || (held == Fields::kTensorFields && tensor)) continue;
-    lost.push_back(fmt::format("the field \"{}\"", f.name));
-  }
+template <int D>
+void add_fields(const MeshFormat& format, const Mesh<D>& mesh, std::vector<std::string>& lost) {
+  std::vector<std::string> names;
+  const auto add = [&](const std::vector<MeshField>& fields, Fields held) {
+    for (const MeshField& f : fields) {
+      const bool tensor = f.components == 1 || f.components == D || f.components == kSymSize<D>;
+      if (held == Fields::kAnyFields || (held == Fields::kTensorFields && tensor)) continue;
+      names.push_back(f.name);
+    }
+  };
+  add(mesh.point_fields, format.point_fields);
+  add(mesh.cell_fields, format.cell_fields);
+  if (!names.empty()) lost.push_back(fmt::format("the fields {}", fmt::join(names, ", ")));
 }
 
 }  // namespace
@@ -214,8 +219,7 @@ std::vector<std::string> not_held(const MeshFormat& format, const Mesh<D>& mesh)
   if (!format.point_tags && !mesh.point_tags.empty()) lost.emplace_back("point tags");
   if ((!format.cell_names && !mesh.cell_names.empty()) || (!format.facet_names && !mesh.facet_names.empty()))
     lost.emplace_back("names of tags");
-  add_fields(mesh.point_fields, format.point_fields, D, lost);
-  add_fields(mesh.cell_fields, format.cell_fields, D, lost);
+  add_fields(format, mesh, lost);
   return lost;
 }
 

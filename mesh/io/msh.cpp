@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -426,6 +427,23 @@ class MshReader {
     field.components = 6;
   }
 
+  /// Groups named tag_<number> stand for that tag.
+  static void rename_tags(TagNames& names, std::vector<Index>& tags) {
+    std::map<Index, Index> meant;
+    for (auto name = names.begin(); name != names.end();) {
+      const std::string_view text = name->second;
+      Index tag = 0;
+      const char* end = text.data() + text.size();
+      const bool told = text.substr(0, kTagPrefix.size()) == kTagPrefix &&
+                        std::from_chars(text.data() + kTagPrefix.size(), end, tag).ptr == end;
+      if (told) meant[name->first] = tag;
+      name = told ? names.erase(name) : std::next(name);
+    }
+    if (meant.empty()) return;
+    for (Index& t : tags)
+      if (const auto m = meant.find(t); m != meant.end()) t = m->second;
+  }
+
   /// Sorts by number and decides on the tags.
   template <int N>
   Numbering settle(Elements<N>& elements) {
@@ -436,6 +454,7 @@ class MshReader {
     if (std::all_of(raw.tags.begin(), raw.tags.end(), zero) &&
         distinct_tags(elements.entities, elements.entities.size()).size() > 1)
       raw.tags = std::move(elements.entities);
+    rename_tags(names_[N - 1], raw.tags);
     reorder(raw.cells, numbering.order());
     reorder(raw.tags, numbering.order());
     raw.names = names_[N - 1];

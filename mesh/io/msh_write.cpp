@@ -10,13 +10,26 @@
 namespace lamina::io {
 namespace {
 
-/// Errors: kParameter for a tag below 0.
-TagGroups group(const std::vector<Index>& tags, std::size_t items) {
-  TagGroups g = group_by_tag(tags, items);
-  if (!g.tags.empty() && g.tags.front() < 0)
-    throw Error(ErrorCode::kParameter,
-                fmt::format("the tag {} is below 0; groups of MSH files count from 1", g.tags.front()));
-  return g;
+/// Numbers of physical groups and their names; 0 where there are none.
+struct Physical {
+  std::vector<std::int64_t> numbers;
+  std::vector<std::pair<std::int64_t, std::string>> names;
+};
+
+Physical physical(const TagGroups& groups, const TagNames& names, bool needed) {
+  Physical p;
+  std::int64_t free = 1 + (groups.tags.empty() ? 0 : std::max<std::int64_t>(groups.tags.back(), 0));
+  for (const Index tag : groups.tags) {
+    p.numbers.push_back(!needed ? 0 : (tag > 0 ? tag : free++));
+    const auto known = names.find(tag);
+    if (!needed) continue;
+    if (known != names.end()) {
+      p.names.emplace_back(p.numbers.back(), known->second);
+    } else if (tag <= 0) {
+      p.names.emplace_back(p.numbers.back(), fmt::format("{}{}", kTagPrefix, tag));
+    }
+  }
+  return p;
 }
 
 /// Row-major 3 x 3 places of our xx xy yy (xz yz zz); -1: zero.
@@ -32,8 +45,12 @@ class MshWriter {
         mesh_(mesh),
         ascii_(ascii),
         four_(four),
-        facets_(group(mesh.facet_tags, mesh.facets.size())),
-        cells_(group(mesh.cell_tags, mesh.cells.size())) {}
+        facets_(group_by_tag(mesh.facet_tags, mesh.facets.size())),
+        cells_(group_by_tag(mesh.cell_tags, mesh.cells.size())) {
+    const bool needed = !mesh.facet_tags.empty() || !mesh.cell_tags.empty();
+    facet_groups_ = physical(facets_, mesh.facet_names, needed);
+    cell_groups_ = physical(cells_, mesh.cell_names, needed);
+  }
 
   void write() {
     out_.write(fmt::format("$MeshFormat\n{} {} 8\n", four_ ? "4.1" : "2.2", ascii_ ? 0 : 1));
@@ -78,17 +95,17 @@ class MshWriter {
   void names() {
     std::string text;
     std::size_t n = 0;
-    const auto add = [&](const TagNames& names, int dimension) {
-      for (const auto& [tag, name] : names) {
+    const auto add = [&](const Physical& groups, int dimension) {
+      for (const auto& [number, name] : groups.names) {
         std::string plain = name;
         std::replace_if(
             plain.begin(), plain.end(), [](char c) { return c == '"' || c == '\n'; }, '\'');
-        text += fmt::format("{} {} \"{}\"\n", dimension, tag, plain);
+        text += fmt::format("{} {} \"{}\"\n", dimension, number, plain);
         ++n;
       }
     };
-    add(mesh_.facet_names, D - 1);
-    add(mesh_.cell_names, D);
+    add(facet_groups_, D - 1);
+    add(cell_groups_, D);
     if (n > 0) out_.write(fmt::format("$PhysicalNames\n{}\n{}$EndPhysicalNames\n", n, text));
   }
 
@@ -108,14 +125,14 @@ class MshWriter {
       size(facets_.tags.size(), to);
       size(cells_.tags.size(), to, D == 3 ? '\n' : ' ');
       if (D == 2) size(0, to, '\n');
-      for (const TagGroups* groups : {&facets_, &cells_}) {
-        for (std::size_t k = 0; k < groups->tags.size(); ++k) {
+      for (const Physical* groups : {&facet_groups_, &cell_groups_}) {
+        for (std::size_t k = 0; k < groups->numbers.size(); ++k) {
           word(static_cast<std::int64_t>(k + 1), to);
           for (const Vec3& corner : {box.lo, box.hi})
             for (int j = 0; j < 3; ++j) real(corner[j], to);
-          const Index tag = groups->tags[k];
-          size(tag > 0 ? 1 : 0, to);
-          if (tag > 0) word(tag, to);
+          const std::int64_t number = groups->numbers[k];
+          size(number > 0 ? 1 : 0, to);
+          if (number > 0) word(number, to);
           size(0, to, '\n');
         }
       }
@@ -170,7 +187,7 @@ class MshWriter {
 
   template <std::size_t N>
   void block_2(const std::vector<std::array<Index, N>>& cells, const std::vector<Index>& tags,
-               const TagGroups& groups, std::size_t first) {
+               const TagGroups& groups, const std::vector<std::int64_t>& numbers, std::size_t first) {
     if (cells.empty()) return;
     constexpr int type = N == 4 ? 4 : N - 1;
     if (!ascii_)
@@ -186,8 +203,9 @@ class MshWriter {
         word(2, to);
       }
       const Index tag = tags.empty() ? 0 : tags[i];
-      word(tag, to);
-      word(std::lower_bound(groups.tags.begin(), groups.tags.end(), tag) - groups.tags.begin() + 1, to);
+      const auto k = std::lower_bound(groups.tags.begin(), groups.tags.end(), tag) - groups.tags.begin();
+      word(numbers[k], to);
+      word(k + 1, to);
       for (std::size_t j = 0; j < N; ++j) word(cells[i][j] + 1, to, j + 1 < N ? ' ' : '\n');
     });
   }
@@ -206,8 +224,8 @@ class MshWriter {
       blocks_4(mesh_.cells, cells_, first_cell);
     } else {
       out_.write(fmt::format("{}\n", n));
-      block_2(mesh_.facets, mesh_.facet_tags, facets_, 1);
-      block_2(mesh_.cells, mesh_.cell_tags, cells_, first_cell);
+      block_2(mesh_.facets, mesh_.facet_tags, facets_, facet_groups_.numbers, 1);
+      block_2(mesh_.cells, mesh_.cell_tags, cells_, cell_groups_.numbers, first_cell);
     }
     end("Elements");
   }
@@ -234,6 +252,7 @@ class MshWriter {
   const Mesh<D>& mesh_;
   bool ascii_, four_;
   TagGroups facets_, cells_;
+  Physical facet_groups_, cell_groups_;
 };
 
 }  // namespace
