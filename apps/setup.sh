@@ -7,7 +7,7 @@ set -eu
 packages="g++ cmake ninja-build ccache git pkg-config"
 # Libraries. FindOpenVDB of Debian also wants Boost.Iostreams, Blosc and Imath; the last two come with libopenvdb-dev.
 packages="$packages libopenvdb-dev libboost-iostreams-dev libtbb-dev libtet1.5-dev libeigen3-dev libfmt-dev"
-packages="$packages libcli11-dev libtoml11-dev nlohmann-json3-dev libcairo2-dev zlib1g-dev libhdf5-dev libcgns-dev"
+packages="$packages libcli11-dev libtoml11-dev nlohmann-json3-dev libcairo2-dev libdeflate-dev libhdf5-dev libcgns-dev"
 # Tests, benchmarks and lint: C++ frameworks, and the independent readers that act as oracles.
 packages="$packages libgtest-dev libbenchmark-dev clang-format-14 clang-tidy-14"
 packages="$packages python3-numpy python3-h5py python3-meshio python3-vtk9 python3-openvdb"

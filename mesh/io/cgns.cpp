@@ -91,7 +91,7 @@ class CgnsWriter {
     }
     constexpr auto cell = D == 3 ? CGNS_ENUMV(TETRA_4) : CGNS_ENUMV(TRI_3);
     section(
-        "Cells", cell, mesh_.cells.size(), [&](std::size_t i) -> const auto& { return mesh_.cells[i]; });
+        kElements, cell, mesh_.cells.size(), [&](std::size_t i) -> const auto& { return mesh_.cells[i]; });
     facets();
     solution(kPoints, CGNS_ENUMV(Vertex), mesh_.point_tags, mesh_.point_fields, mesh_.points.size());
     solution(kCells, CGNS_ENUMV(CellCenter), mesh_.cell_tags, mesh_.cell_fields, mesh_.cells.size());
@@ -131,8 +131,7 @@ class CgnsWriter {
                                              next_ + static_cast<cgsize_t>(groups.start[k + 1] - begin) - 1};
       constexpr auto facet = D == 3 ? CGNS_ENUMV(TRI_3) : CGNS_ENUMV(BAR_2);
       section(
-          names[k] == "Cells" ? "Cells_" : names[k], facet,
-          groups.start[k + 1] - begin, [&](std::size_t i) -> const auto& {
+          beside(names[k]), facet, groups.start[k + 1] - begin, [&](std::size_t i) -> const auto& {
             return mesh_.facets[groups.order[begin + i]];
           });
       int condition = 0;

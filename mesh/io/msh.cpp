@@ -197,8 +197,7 @@ class MshReader {
         in.expect(groups, 1, 0, 0);
         for (std::int64_t k = 0; k < groups; ++k) {
           const std::int64_t group = in.word();
-          if (k == 0)
-            groups_[dimension][tag] = to_index(std::abs(group), "physical group", source_, in.place());
+          if (k == 0) groups_[dimension][tag] = to_index(std::abs(group), "physical group", source_, in);
         }
         if (dimension == 0) continue;
         const std::int64_t bounds = in.size();
@@ -321,8 +320,7 @@ class MshReader {
       const Index tag = group == groups_[dimension].end() ? 0 : group->second;
       for (std::int64_t i = 0; i < count; ++i) {
         const std::int64_t number = in.size();
-        add_any(corners, in, number, tag, to_index(entity, "entity", source_, in.place()),
-                [&] { return in.size(); });
+        add_any(corners, in, number, tag, to_index(entity, "entity", source_, in), [&] { return in.size(); });
       }
     }
     in.finish();
@@ -353,8 +351,8 @@ class MshReader {
       Index tag = 0, entity = 0;
       for (std::int64_t k = 0; k < tags; ++k) {
         const std::int64_t value = in.word();
-        if (k == 0) tag = to_index(std::abs(value), "physical group", source_, in.place());
-        if (k == 1) entity = to_index(value, "entity", source_, in.place());
+        if (k == 0) tag = to_index(std::abs(value), "physical group", source_, in);
+        if (k == 1) entity = to_index(value, "entity", source_, in);
       }
       add_any(corners, in, number, tag, entity, [&] { return in.word(); });
     }

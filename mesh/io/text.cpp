@@ -120,10 +120,8 @@ void ByteSource::expect(std::int64_t records, std::size_t size) const {
     fail(fmt::format("needs {} x {} bytes, but the file ends after {}", records, size, left));
 }
 
-Index to_index(std::int64_t value, const char* what, const Source& source, const std::string& place) {
-  if (value < std::numeric_limits<Index>::min() || value > std::numeric_limits<Index>::max())
-    fail_format(source, place, fmt::format("the {} {} does not fit 32 bits", what, value));
-  return static_cast<Index>(value);
+void fail_index(std::int64_t value, const char* what, const Source& source, const std::string& place) {
+  fail_format(source, place, fmt::format("the {} {} does not fit 32 bits", what, value));
 }
 
 }  // namespace lamina::io

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "mesh/io/raw.h"
 
@@ -95,7 +96,18 @@ class ByteSource {
   bool swap_;
 };
 
-/// Throws unless `value` fits an Index.
-Index to_index(std::int64_t value, const char* what, const Source& source, const std::string& place);
+[[noreturn]] void fail_index(std::int64_t value, const char* what, const Source& source,
+                             const std::string& place);
+
+/// Throws unless `value` fits an Index; `where` is a place in words or something that has one.
+template <class Where>
+Index to_index(std::int64_t value, const char* what, const Source& source, const Where& where) {
+  if (value == static_cast<Index>(value)) return static_cast<Index>(value);
+  if constexpr (std::is_convertible_v<Where, std::string>) {
+    fail_index(value, what, source, where);
+  } else {
+    fail_index(value, what, source, where.place());
+  }
+}
 
 }  // namespace lamina::io

@@ -51,7 +51,7 @@ void read_corners(Numbers& in, std::int64_t n, const Source& source, RawCells<N>
   in.expect(n, N, 0);
   to.cells.resize(n);
   for (auto& cell : to.cells)
-    for (Index& v : cell) v = to_index(in.integer() - 1, "node", source, in.place());
+    for (Index& v : cell) v = to_index(in.integer() - 1, "node", source, in);
 }
 
 template <class Numbers>
@@ -59,6 +59,7 @@ AnyMesh read_numbers(Numbers in, const Source& source) {
   constexpr std::array<const char*, 7> kinds = {"nodes",    "triangles", "quadrilaterals", "tetrahedra",
                                                 "pyramids", "prisms",    "hexahedra"};
   std::array<std::int64_t, 7> n;
+  in.expect(7, 1, 0);
   for (auto& count : n) count = in.integer();
   for (const int kind : {2, 4, 5, 6})
     if (n[kind] != 0)
@@ -73,7 +74,7 @@ AnyMesh read_numbers(Numbers in, const Source& source) {
   for (auto& t : raw.triangles.cells) std::swap(t[1], t[2]);
   in.expect(n[1], 1, 0);
   raw.triangles.tags.resize(n[1]);
-  for (Index& t : raw.triangles.tags) t = to_index(in.integer(), "surface id", source, in.place());
+  for (Index& t : raw.triangles.tags) t = to_index(in.integer(), "surface id", source, in);
   read_corners(in, n[3], source, raw.tets);
   if (raw.tets.cells.empty()) fail_unsupported(source, "holds no tetrahedra");
   return assemble(std::move(raw), source);

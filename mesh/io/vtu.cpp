@@ -225,17 +225,24 @@ Topology read_topology(const Source& source, const Document& d) {
 template <int N>
 void gather(const Topology& t, std::uint8_t type, const std::vector<Index>& tags, RawCells<N>& raw) {
   raw.place = "Cells";
-  std::vector<std::size_t> which;
-  for (std::size_t i = 0; i < t.types.size(); ++i)
-    if (t.types[i] == type) which.push_back(i);
-  raw.cells.resize(which.size());
-  if (!tags.empty()) raw.tags.resize(which.size());
+  const std::size_t n = t.types.size();
+  const auto same = static_cast<std::size_t>(std::count(t.types.begin(), t.types.end(), type));
+  if (same == 0) return;
+  std::vector<Index> which;
+  if (same < n) {
+    which.reserve(same);
+    for (std::size_t i = 0; i < n; ++i)
+      if (t.types[i] == type) which.push_back(static_cast<Index>(i));
+  }
+  raw.cells.resize(same);
+  if (!tags.empty()) raw.tags.resize(same);
   for_each_index(
-      which.size(),
+      same,
       [&](std::size_t k) {
-        const std::int64_t begin = t.begin(which[k]);
+        const std::size_t cell = which.empty() ? k : static_cast<std::size_t>(which[k]);
+        const std::int64_t begin = t.begin(cell);
         for (int j = 0; j < N; ++j) raw.cells[k][j] = t.connectivity[begin + j];
-        if (!tags.empty()) raw.tags[k] = tags[which[k]];
+        if (!tags.empty()) raw.tags[k] = tags[cell];
       },
       65536);
 }

@@ -1,7 +1,7 @@
 #include "mesh/io/vtu_data.h"
 
 #include <fmt/format.h>
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
+#include <new>
 #include <type_traits>
 #include <utility>
 
@@ -18,7 +20,8 @@ namespace {
 constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
 constexpr std::size_t kWaveBytes = 16 * kBlockBytes;  // a multiple of every size of values
 // Fastest level: on tetrahedra and coordinates level 6 saves a tenth of the bytes and takes several times as
-// long.
+// long. libdeflate, because on these data it packs 2.5 times as fast as zlib for 4 % more bytes (186 and 75
+// MB/s a core) and unpacks 1.8 times as fast.
 constexpr int kLevel = 1;
 // No deflate stream expands by more than 1032 : 1; the rest covers its fixed overhead.
 constexpr std::uint64_t kMaxExpansion = 1032;
@@ -139,21 +142,26 @@ class Bytes {
 };
 
 std::string deflate_block(const std::vector<char>& plain) {
-  std::string packed(compressBound(static_cast<uLong>(plain.size())), '\0');
-  auto size = static_cast<uLongf>(packed.size());
-  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(plain.data()),
-                static_cast<uLong>(plain.size()), kLevel) != Z_OK)
-    throw Error(ErrorCode::kInternal, "zlib failed to compress a block");
-  packed.resize(size);
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> deflate(
+      libdeflate_alloc_compressor(kLevel), libdeflate_free_compressor);
+  if (!deflate) throw std::bad_alloc();
+  std::string packed(libdeflate_zlib_compress_bound(deflate.get(), plain.size()), '\0');
+  packed.resize(
+      libdeflate_zlib_compress(deflate.get(), plain.data(), plain.size(), packed.data(), packed.size()));
+  if (packed.empty()) throw Error(ErrorCode::kInternal, "libdeflate failed to compress a block");
   packed.shrink_to_fit();
   return packed;
 }
 
 void inflate_block(const Context& c, std::string_view from, char* to, std::size_t size) {
-  auto got = static_cast<uLongf>(size);
-  const int status = uncompress(reinterpret_cast<Bytef*>(to), &got,
-                                reinterpret_cast<const Bytef*>(from.data()), static_cast<uLong>(from.size()));
-  if (status != Z_OK || got != size) c.fail(fmt::format("a zlib block is damaged (status {})", status));
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> inflate(
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  if (!inflate) throw std::bad_alloc();
+  // Without a place for the number of bytes it must be `size`.
+  const libdeflate_result status =
+      libdeflate_zlib_decompress(inflate.get(), from.data(), from.size(), to, size, nullptr);
+  if (status != LIBDEFLATE_SUCCESS)
+    c.fail(fmt::format("a zlib block is damaged (status {})", static_cast<int>(status)));
 }
 
 std::vector<char> read_compressed(const Context& c, Bytes& bytes, std::uint64_t expected) {
@@ -215,6 +223,12 @@ bool convert(S from, T& to) {
 template <class T, class S>
 std::vector<T> convert_all(const Context& c, std::string_view bytes) {
   std::vector<T> values(bytes.size() / sizeof(S));
+  if (std::is_same_v<T, S> && !c.layout.swap) {
+    for_each_chunk(values.size(), 65536, [&](std::size_t begin, std::size_t end) {
+      std::memcpy(values.data() + begin, bytes.data() + begin * sizeof(S), (end - begin) * sizeof(S));
+    });
+    return values;
+  }
   for_each_index(
       values.size(),
       [&](std::size_t i) {
