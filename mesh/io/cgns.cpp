@@ -248,7 +248,7 @@ class CgnsReader {
     for (std::size_t i = 0; i + N <= nodes.size(); i += N) {
       std::array<Index, N> cell;
       for (int k = 0; k < N; ++k)
-        cell[k] = to_index(static_cast<std::int64_t>(nodes[i + k]) - 1, "node", source_, to.place);
+        cell[k] = std::max(to_index(nodes[i + k], "node", source_, to.place), Index{0}) - 1;
       to.cells.push_back(cell);
     }
     to.tags.resize(to.cells.size(), 0);

@@ -132,6 +132,8 @@ class GeoReader {
       root = Json::parse(source_.bytes.begin(), source_.bytes.end());
     } catch (const Json::parse_error& e) {
       fail_format(source_, byte_of(e.byte), "not the JSON of a .geo file");
+    } catch (const Json::exception&) {
+      fail("not the JSON of a .geo file: a number is too large");
     }
     const Json& indices = key(key(key(root, "topology"), "pointref"), "indices");
     corners_ = integers(indices, "indices");

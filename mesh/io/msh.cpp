@@ -64,8 +64,11 @@ class Numbering {
       if (twice != sorted_.end())
         fail_format(source, "end", fmt::format("{} {} is given twice", kind, *twice));
     }
-    consecutive_ =
-        sorted_.empty() || sorted_.back() - sorted_.front() == static_cast<std::int64_t>(sorted_.size()) - 1;
+    // Unsigned, because numbers of a damaged file can be farther apart than 63 bits tell.
+    const auto span = [](std::int64_t a, std::int64_t b) {
+      return static_cast<std::uint64_t>(b) - static_cast<std::uint64_t>(a);
+    };
+    consecutive_ = sorted_.empty() || span(sorted_.front(), sorted_.back()) == sorted_.size() - 1;
   }
   [[nodiscard]] const std::vector<Index>& order() const { return order_; }
   /// kNone when no such number is there.
@@ -197,7 +200,7 @@ class MshReader {
         in.expect(groups, 1, 0, 0);
         for (std::int64_t k = 0; k < groups; ++k) {
           const std::int64_t group = in.word();
-          if (k == 0) groups_[dimension][tag] = to_index(std::abs(group), "physical group", source_, in);
+          if (k == 0) groups_[dimension][tag] = group_tag(group, in);
         }
         if (dimension == 0) continue;
         const std::int64_t bounds = in.size();
@@ -206,6 +209,13 @@ class MshReader {
       }
     }
     in.finish();
+  }
+
+  /// The number of a physical group; negative ones stand for elements turned over.
+  Index group_tag(std::int64_t group, const Numbers& in) const {
+    const Index tag = to_index(group, "physical group", source_, in);
+    if (tag == std::numeric_limits<Index>::min()) in.fail("a physical group beyond 31 bits");
+    return std::abs(tag);
   }
 
   void add_point(Numbers& in) {
@@ -351,7 +361,7 @@ class MshReader {
       Index tag = 0, entity = 0;
       for (std::int64_t k = 0; k < tags; ++k) {
         const std::int64_t value = in.word();
-        if (k == 0) tag = to_index(std::abs(value), "physical group", source_, in);
+        if (k == 0) tag = group_tag(value, in);
         if (k == 1) entity = to_index(value, "entity", source_, in);
       }
       add_any(corners, in, number, tag, entity, [&] { return in.word(); });

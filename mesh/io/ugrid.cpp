@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "mesh/io/records.h"
@@ -51,7 +52,7 @@ void read_corners(Numbers& in, std::int64_t n, const Source& source, RawCells<N>
   in.expect(n, N, 0);
   to.cells.resize(n);
   for (auto& cell : to.cells)
-    for (Index& v : cell) v = to_index(in.integer() - 1, "node", source, in);
+    for (Index& v : cell) v = std::max(to_index(in.integer(), "node", source, in), Index{0}) - 1;
 }
 
 template <class Numbers>

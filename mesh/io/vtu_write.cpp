@@ -137,7 +137,9 @@ class VtuWriter {
       return;
     }
     const std::size_t stored = D == 2 && n == 2 ? 3 : n;
-    const std::string attributes = fmt::format("Name=\"{}\" NumberOfComponents=\"{}\"", name, stored);
+    const std::string attributes = stored == 1
+                                       ? fmt::format("Name=\"{}\"", name)
+                                       : fmt::format("Name=\"{}\" NumberOfComponents=\"{}\"", name, stored);
     if (stored == n && more == 0) return to_.add_flat("Float64", attributes, count * n, v);
     to_.add<double>("Float64", attributes, (count + more) * stored, [=](std::size_t i) {
       if (i >= count * stored) return none;

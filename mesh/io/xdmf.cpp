@@ -109,12 +109,14 @@ class XdmfReader {
       }
       if (e.kind == XmlEvent::Kind::kClose) {
         if (e.name == "DataItem") item = nullptr;
+        if (e.name == "Topology" || e.name == "Geometry" || e.name == "Attribute") parent = {};
         if (e.name == "Grid" && !open.empty()) open.pop_back();
       }
       if (e.kind != XmlEvent::Kind::kOpen) continue;
       is_xdmf = is_xdmf || e.name == "Xdmf";
       if (e.name == "Grid") {
         grids_.emplace_back();
+        parent = {};
         open.push_back(&grids_.back());
         open.back()->name = xml_unescape(e.attribute("Name"));
         open.back()->place = e.offset;
@@ -388,10 +390,14 @@ class XdmfWriter {
 
 }  // namespace
 
+AnyMesh parse_xdmf(std::string_view bytes, const std::string& name, const fs::path& folder) {
+  const Source source{bytes, name};
+  return XdmfReader(source, folder).read();
+}
+
 AnyMesh read_xdmf(const fs::path& path) {
   const MappedFile file(path);
-  const Source source{file.bytes(), path.string()};
-  return XdmfReader(source, path.parent_path()).read();
+  return parse_xdmf(file.bytes(), path.string(), path.parent_path());
 }
 
 template <int D>

@@ -10,13 +10,17 @@
 #ifdef LAMINA_HDF5
 
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "mesh/io/format.h"
 
 namespace lamina::io {
 
-/// Errors: kFileFormat with the line, kFileUnsupported (mixed grids, binary data files).
+/// Reads data files from `folder`. Errors: kFileFormat with the line, kFileUnsupported (mixed grids, binary
+/// data files).
+AnyMesh parse_xdmf(std::string_view bytes, const std::string& name, const std::filesystem::path& folder);
 AnyMesh read_xdmf(const std::filesystem::path& path);
 
 template <int D>
