@@ -5,7 +5,7 @@
 #include "apps/cli/command.h"
 #include "apps/pipeline/output.h"
 #include "apps/pipeline/text.h"
-#include "core/error.h"
+#include "core/file.h"
 #include "mesh/io.h"
 
 namespace lamina::cli {
@@ -56,6 +56,13 @@ int convert(const State& state) {
       },
       any);
   outputs.commit();
+  const bool bare = std::visit([](const auto& mesh) { return mesh.facets.empty(); }, any);
+  if (bare && !state.cells_only && lower_extension(state.out) != ".vtu")
+    fmt::print(
+        stderr,
+        "lamina: warning: {} names no facets, so {} has no boundary markers (lamina mesh writes them into "
+        "every format but .vtu)\n",
+        state.in, state.out);
   if (!lost.empty())
     fmt::print(stderr, "lamina: warning: {} cannot hold {}: dropped\n", state.out, join(lost));
   return kDone;

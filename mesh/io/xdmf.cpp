@@ -52,7 +52,7 @@ struct Grid {
   std::string name, topology, geometry;
   std::size_t place = 0;
   std::optional<DataItem> cells, points;
-  std::vector<Attribute> attributes;
+  std::deque<Attribute> attributes;  ///< stay where they are while their data are read
   TagNames names;
 };
 

@@ -172,6 +172,12 @@ class Formats(Case):
         self.assertIn("a.su2 cannot hold cell tags", done.stderr)
         self.assertEqual(lamina("convert", self.mesh, self.dir / "a.meshb").stderr, "")
 
+    def test_a_mesh_without_facets_is_told(self):
+        cells = self.convert("cells.vtu", "--cells-only")
+        done = lamina("convert", cells, self.dir / "a.su2")
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("no boundary markers", done.stderr)
+
     def test_refusals_leave_nothing_behind(self):
         before = self.entries()
         for words, *needles in ((("a.xyz",), "a.xyz", ".su2"), (("a.su2", "--ascii"), "ascii"),
