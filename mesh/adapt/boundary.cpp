@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -204,7 +205,10 @@ GlobalMesh<D> import_mesh(const Mesh<D>& mesh, BoundaryTags& tags) {
 
 template <int D>
 void export_mesh(const GlobalMesh<D>& global, const BoundaryTags& tags, Mesh<D>& mesh) {
-  mesh = Mesh<D>{};
+  Mesh<D> adapted;
+  adapted.cell_names = std::move(mesh.cell_names);
+  if (tags.tagged) adapted.facet_names = std::move(mesh.facet_names);
+  mesh = std::move(adapted);
   mesh.points = global.x;
   mesh.cells = global.cells;
   if (!tags.cell_tags.empty()) mesh.cell_tags.assign(mesh.cells.size(), tags.cell_tags.front());

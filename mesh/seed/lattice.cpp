@@ -52,6 +52,8 @@ Mesh<D> make_lattice(const Box<D>& box, const std::array<int, D>& n) {
 
 template <int D>
 void add_box_facets(Mesh<D>& mesh, const Box<D>& box) {
+  constexpr std::array<const char*, 6> kFaces = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
+  for (int side = 0; side < 2 * D; ++side) mesh.facet_names[side + 1] = kFaces[side];
   for (const auto& cell : mesh.cells) {
     for (const auto& f : kCellFacets<D>) {
       for (int side = 0; side < 2 * D; ++side) {

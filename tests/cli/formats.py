@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from support import BAD_INPUT, Case, lamina, main
+from support import BAD_INPUT, COARSE, Case, lamina, main
 
 try:
     import meshio
@@ -177,6 +177,15 @@ class Formats(Case):
         done = lamina("convert", cells, self.dir / "a.su2")
         self.assertEqual(done.returncode, 0)
         self.assertIn("no boundary markers", done.stderr)
+
+    def test_a_mesh_for_a_solver_names_the_faces_of_the_domain(self):
+        out, foam = self.dir / "a.su2", self.dir / "constant" / "polyMesh"
+        self.run_ok("mesh", self.sample(), "-o", out, "-o", foam, *COARSE, "-q")
+        names = ["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"]
+        markers = [line.split()[1] for line in out.read_text(encoding="ascii").splitlines() if line.startswith("MARKER_TAG")]
+        self.assertEqual(markers, names)
+        patches = (foam / "boundary").read_text(encoding="ascii").split()
+        self.assertEqual([word for word in patches if word in names], names)
 
     def test_refusals_leave_nothing_behind(self):
         before = self.entries()

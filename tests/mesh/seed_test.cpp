@@ -37,6 +37,9 @@ TEST(Seed, TetgenFillsTheBox) {
 
 TEST(Seed, TagsNameTheSides) {
   const auto m = make_seed<3>(box<3>(2.0), 0.6, SeedKind::kLattice);
+  EXPECT_EQ(m.facet_names.size(), 6U);
+  EXPECT_EQ(m.facet_names.at(1), "xmin");
+  EXPECT_EQ(m.facet_names.at(6), "zmax");
   for (std::size_t f = 0; f < m.facets.size(); ++f) {
     const int axis = (m.facet_tags[f] - 1) / 2;
     const double plane = m.facet_tags[f] % 2 == 1 ? box<3>(2.0).lo[axis] : box<3>(2.0).hi[axis];
