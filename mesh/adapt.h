@@ -71,10 +71,10 @@ struct AdaptSummary {
 /// Adapts `mesh` in place. The boundary of the domain is kept: flat faces stay flat, edges and corners of a
 /// box stay. REQUIRES a valid mesh (mesh/validate.h) whose boundary consists of at most 31 flat pieces,
 /// facets of one tag in one plane counting as one; boundary facets may be missing from the list. Of the
-/// input's tags those of boundary facets and one that all cells share are kept with their names, its fields
-/// are not. GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits for
-/// every thread count; (4) `metric` receives the metric of every vertex, evaluated at the wanted sizes.
-/// Errors: kAdapt (a boundary that is not made of flat pieces, tagged facets within the mesh), kInterrupted.
+/// input's tags those of boundary facets and one that all cells share are kept, with names, fields are not.
+/// GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits for every
+/// thread count; (4) `metric` receives the metric of every vertex, evaluated at the wanted sizes. Errors:
+/// kAdapt (a boundary that is not made of flat pieces, tagged facets within the mesh), kInterrupted.
 template <int D>
 AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,
                    const AdaptOptions& options, Progress* progress = nullptr);
