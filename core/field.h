@@ -51,6 +51,8 @@ class WallField {
   virtual ~WallField() = default;
   /// Everything about x. Exact where the wall is a triangle surface.
   [[nodiscard]] virtual WallPoint at(const Vec3& x) const = 0;
+  /// at(x) where the side of the wall is known: `sign` of phi, 1 or -1. Cheaper where sides are hard to tell.
+  [[nodiscard]] virtual WallPoint at_side(const Vec3& x, double /*sign*/) const { return at(x); }
   /// Signed distance alone, the same bits as at(x).phi.
   [[nodiscard]] virtual double phi(const Vec3& x) const = 0;
   /// Unsigned distance, too large by at most the factor 1 + eps: far away much cheaper than phi().

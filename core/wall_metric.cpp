@@ -230,16 +230,21 @@ std::optional<Metric<3>> WallMetric::edge_metric(const WallPoint& wall, const Si
   return framed(wall.N, wall.N.cross(along), along, Vec3(hn, across, std::max(length, hn)));
 }
 
-Metric<3> WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const {
+WallMetric::OneWall WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const {
   Vec3 h = Vec3(sizes.hn, sizes.ht1, sizes.ht2).cwiseMax(floor);
   const bool face = wall.feature == WallFeature::kFace;
   if (wall.feature == WallFeature::kEdge)
     h[2] =
         std::min({h[2], h[1] + edge_rate_ * wall.corner_distance, chord_length(wall.edge_curvature, h[1])});
-  Metric<3> m = framed(wall.N, wall.T1, wall.T2, h);
-  if (const auto bend = bend_metric(wall, sizes, floor)) m = intersect(m, *bend);
-  if (const auto edge = face ? edge_metric(wall, sizes, floor) : std::nullopt) m = intersect(m, *edge);
-  return m;
+  OneWall out{framed(wall.N, wall.T1, wall.T2, h), h};
+  const auto add = [&](const std::optional<Metric<3>>& other) {
+    if (!other) return;
+    out.metric = intersect(out.metric, *other);
+    out.plain = false;
+  };
+  add(bend_metric(wall, sizes, floor));
+  if (face) add(edge_metric(wall, sizes, floor));
+  return out;
 }
 
 // The distance beyond which a further wall cannot ask for less than `size` in its normal direction.
@@ -252,12 +257,13 @@ double WallMetric::reach(const Vec3& x, double size) const {
 Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, const WallPoint& main,
                              std::span<const WallPoint> beside, double floor) const {
   const Sizes sizes = wall_sizes(x, main);
-  Metric<3> m = wall_metric(main, sizes, floor);
+  const OneWall own = wall_metric(main, sizes, floor);
+  Metric<3> m = own.metric;
   // Isotropic to within this ratio: no wall in another direction can matter.
   constexpr double kNearlyIsotropic = 1.5;
   const double isotropic = kNearlyIsotropic * std::max(sizes.hn, floor);
   if (std::max({sizes.ht1, sizes.ht2, floor}) <= isotropic) return m;
-  const double widest = m.principal().sizes[2];  // what edges and bends have left of the tangential sizes
+  const double widest = own.widest();  // what edges and bends have left of the tangential sizes
   if (widest <= isotropic) return m;
   const double limit = std::min(reach(x, widest), std::abs(main.phi) + (widest - sizes.hn) / edge_rate_);
   const auto add = [&](const WallPoint& other) {
@@ -265,7 +271,7 @@ Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, const WallPoi
     s.hn = std::max(s.hn, sizes.hn + edge_rate_ * (std::abs(other.phi) - std::abs(main.phi)));
     s.ht1 = std::max(s.ht1, s.hn);
     s.ht2 = std::max(s.ht2, s.hn);
-    m = intersect(m, wall_metric(other, s, floor));
+    m = intersect(m, wall_metric(other, s, floor).metric);
   };
   for (const WallPoint& wall : beside)
     if (std::abs(wall.phi) <= limit) add(wall);
@@ -366,9 +372,9 @@ std::optional<Level<3>> WallMetric::level(const Vec3& x, double floor) const {
   return level;
 }
 
-WallSample WallMetric::sample(const Vec3& x) const {
+WallSample WallMetric::sample(const Vec3& x, const WallPoint& wall) const {
   WallSample s;
-  s.wall = wall_->at(x);
+  s.wall = wall;
   const Sizes sizes = wall_sizes(x, s.wall);
   s.hn = sizes.hn;
   s.ht1 = sizes.ht1;

@@ -72,7 +72,9 @@ class WallMetric : public MetricField<3> {
   /// The level nearest to x in the layers, mirrored ones included; none beyond them, where layers are thinner
   /// than `floor`, and where other sizes than those of the layers rule.
   [[nodiscard]] std::optional<Level<3>> level(const Vec3& x, double floor) const;
-  [[nodiscard]] WallSample sample(const Vec3& x) const;
+  [[nodiscard]] WallSample sample(const Vec3& x) const { return sample(x, wall_->at(x)); }
+  /// The same where the wall point of x is known.
+  [[nodiscard]] WallSample sample(const Vec3& x, const WallPoint& wall) const;
   [[nodiscard]] Region region(const Vec3& x, double phi) const;
   /// Normal size at signed distance phi, x being used for the distances to the boxes only.
   [[nodiscard]] double normal_size(const Vec3& x, double phi) const;
@@ -103,7 +105,13 @@ class WallMetric : public MetricField<3> {
                                                      double floor) const;
   [[nodiscard]] std::optional<Metric<3>> edge_metric(const WallPoint& wall, const Sizes& sizes,
                                                      double floor) const;
-  [[nodiscard]] Metric<3> wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const;
+  struct OneWall {
+    Metric<3> metric;
+    Vec3 sizes;         // along N, T1, T2
+    bool plain = true;  // neither a bend nor an edge took part: `sizes` are those of the metric
+    [[nodiscard]] double widest() const { return plain ? sizes.maxCoeff() : metric.principal().sizes[2]; }
+  };
+  [[nodiscard]] OneWall wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, double floor) const;
   [[nodiscard]] Metric<3> walls_metric(const Vec3& x, const WallPoint& body, double floor) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, const WallPoint& main,

@@ -105,6 +105,7 @@ LevelSet& LevelSet::operator=(LevelSet&&) noexcept = default;
 LevelSet::~LevelSet() = default;
 
 WallPoint LevelSet::at(const Vec3& x) const { return impl_->wall->at(x); }
+WallPoint LevelSet::at_side(const Vec3& x, double sign) const { return impl_->wall->at_side(x, sign); }
 double LevelSet::phi(const Vec3& x) const { return impl_->wall->phi(x); }
 double LevelSet::distance(const Vec3& x, double eps) const { return impl_->wall->distance(x, eps); }
 int LevelSet::others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const {

@@ -66,6 +66,7 @@ class LevelSet : public WallField {
   ~LevelSet() override;
 
   [[nodiscard]] WallPoint at(const Vec3& x) const override;
+  [[nodiscard]] WallPoint at_side(const Vec3& x, double sign) const override;
   [[nodiscard]] double phi(const Vec3& x) const override;
   [[nodiscard]] double distance(const Vec3& x, double eps) const override;
   int others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const override;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
+#include <thread>
 
 #include "core/parallel.h"
 #include "tests/vdb/test_surfaces.h"
@@ -103,6 +104,26 @@ TEST(Bvh, EqualsTheMinimumOverAllTriangles) {
       EXPECT_GE(rough, hit.d2);
       EXPECT_LE(std::sqrt(rough), 1.01 * std::sqrt(hit.d2) + 1e-15);
     }
+  }
+}
+
+// On vertices and edges many triangles are equally near: the one that is found must not depend on the search
+// before.
+TEST(Bvh, WhereTheLastSearchEndedChangesNothing) {
+  const Surface s = torus(1.0, 0.3, 60, 30);
+  const TriangleBvh bvh = tree_of(s);
+  Dice dice(3);
+  const auto same = [](const TriangleHit& a, const TriangleHit& b) {
+    return a.d2 == b.d2 && a.triangle == b.triangle && a.feature == b.feature && a.point == b.point;
+  };
+  for (std::size_t i = 0; i < 2000; ++i) {
+    const Vec3 x = i % 2 == 0 ? s.points[i % s.points.size()] : dice.point({-2, -2, -1}, {2, 2, 1});
+    static_cast<void>(bvh.closest(dice.point({-2, -2, -1}, {2, 2, 1})));
+    const TriangleHit from_afar = bvh.closest(x), again = bvh.closest(x);
+    TriangleHit afresh;
+    std::thread([&] { afresh = bvh.closest(x); }).join();
+    EXPECT_TRUE(same(from_afar, again));
+    EXPECT_TRUE(same(from_afar, afresh));
   }
 }
 

@@ -52,9 +52,10 @@ struct Field {
     cones = ConeTree(tree, pieces);
   }
 
-  [[nodiscard]] std::set<Index> facing(const Vec3& x, double reach, bool front, bool back) const {
+  [[nodiscard]] std::set<Index> facing(const Vec3& x, double reach, bool front, bool back,
+                                       const Vec3& known = Vec3::Zero()) const {
     std::set<Index> seen;
-    cones.visit_facing(x, reach, front, back,
+    cones.visit_facing(x, reach, front, back, known,
                        [&](int k) { seen.insert(tree.ids[static_cast<std::size_t>(k)]); });
     return seen;
   }
@@ -77,6 +78,11 @@ TEST(ConeTree, FindsAllThatFaceAPoint) {
           EXPECT_EQ(field.facing(x, reach, front, !front).count(static_cast<Index>(k)), 1U)
               << n << " " << scale << " " << spread << " " << height;
           EXPECT_EQ(field.facing(x, reach, true, true).count(static_cast<Index>(k)), 1U);
+          // Unless the direction is known: this one differs by a bit more than what is taken for the same.
+          const Vec3& normal = (front ? field.fronts : field.backs)[k];
+          const double off = (ConeTree::kKnownDegrees + 0.01) * kPi / 180.0;
+          const Vec3 known = std::cos(off) * normal + std::sin(off) * normal.unitOrthogonal();
+          EXPECT_EQ(field.facing(x, reach, front, !front, known).count(static_cast<Index>(k)), 1U);
         }
       }
 }
@@ -92,7 +98,40 @@ TEST(ConeTree, PassesOverThoseThatFaceElsewhereOrAreFar) {
   }
   EXPECT_LT(seen, 100U * 60U);
   EXPECT_LT(near, 100U * 10U);
-  ConeTree().visit_facing(Vec3::Zero(), 1.0, true, true, [](int) { FAIL() << "an empty tree"; });
+  ConeTree().visit_facing(Vec3::Zero(), 1.0, true, true, Vec3::UnitX(),
+                          [](int) { FAIL() << "an empty tree"; });
+}
+
+// A plate of one normal: nothing but the known direction is to be found there.
+TEST(ConeTree, PassesOverTheKnownDirection) {
+  std::vector<BoxRef> refs;
+  std::vector<ConePiece> pieces;
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 corners[2] = {Vec3(i, 0, 0), Vec3(i + 1, 1, 0)};
+    refs.push_back(BoxRef::around(corners, 2, static_cast<Index>(i)));
+  }
+  const std::vector<BoxRef> boxes = refs;
+  const BoxTree tree = build_box_tree(std::move(refs));
+  for (const Index id : tree.ids) {
+    const BoxRef& b = boxes[static_cast<std::size_t>(id)];
+    pieces.push_back({{b.lo[0], b.lo[1], b.lo[2]},
+                      {b.hi[0], b.hi[1], b.hi[2]},
+                      {Cone::around(Vec3::UnitZ()), Cone::around(-Vec3::UnitZ())}});
+  }
+  const ConeTree cones(tree, pieces);
+  const auto visits = [&](double degrees, bool front) {
+    int count = 0;
+    const double angle = degrees * kPi / 180.0;
+    const Vec3 x(50.5, 0.5, front ? 1.0 : -1.0), known(std::sin(angle), 0.0, std::cos(angle) * x[2]);
+    cones.visit_facing(x, 10.0, front, !front, known, [&](int) { ++count; });
+    return count;
+  };
+  for (const bool front : {true, false}) {
+    EXPECT_EQ(visits(0.0, front), 0);
+    EXPECT_EQ(visits(9.0, front), 0);
+    EXPECT_GT(visits(11.0, front), 0);
+    EXPECT_GT(visits(180.0, front), 0);
+  }
 }
 
 TEST(ConeTree, Cones) {

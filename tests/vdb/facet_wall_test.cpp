@@ -92,6 +92,19 @@ TEST(FacetWall, AKnownDistanceChangesNothing) {
   }
 }
 
+TEST(FacetWall, AKnownSideChangesNothing) {
+  const FacetWall wall = cube();
+  for (const Vec3& x : {Vec3(0.3, 0.4, 1.5), Vec3(0.3, 0.4, 0.9), Vec3(1.3, 0.4, 1.4), Vec3(1.2, 1.3, 1.4)}) {
+    const WallPoint w = wall.at(x), known = wall.at_side(x, w.phi < 0.0 ? -1.0 : 1.0);
+    EXPECT_EQ(known.phi, w.phi);
+    EXPECT_EQ(known.N, w.N);
+    EXPECT_EQ(known.T1, w.T1);
+    EXPECT_EQ(known.k1, w.k1);
+    EXPECT_EQ(known.feature, w.feature);
+    EXPECT_EQ(known.edge_distance, w.edge_distance);
+  }
+}
+
 TEST(FacetWall, FrameIsConstantAlongRays) {
   for (const Surface& s :
        {torus(1.0, 0.3, 30, 12), box(Vec3::Zero(), Vec3::Ones()), cylinder(0.5, 0.0, 1.0, 40)}) {

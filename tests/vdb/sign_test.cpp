@@ -4,6 +4,7 @@
 
 #include "tests/vdb/test_surfaces.h"
 #include "vdb/detail/facet_wall.h"
+#include "vdb/shapes.h"
 
 namespace lamina::detail {
 namespace {
@@ -117,6 +118,14 @@ TEST(Sign, CrossingFacets) {
   two.points = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0.3, 0.3, -1}, {0.3, 0.3, 1}, {0.4, 0.5, 2}};
   two.triangles = {{0, 1, 2}, {3, 4, 5}};
   EXPECT_EQ(crossing_facets(two), std::vector<std::uint8_t>(2, 1));
+}
+
+// Rounding takes facets of a finely meshed plane face that only touch for crossing ones.
+TEST(Sign, FacetsThatTouchDoNotCross) {
+  Surface ahmed = make_shape("ahmed", {.facet = 0.006});
+  clean(ahmed, "ahmed");
+  const std::vector<std::uint8_t> crossing = crossing_facets(ahmed);
+  EXPECT_EQ(std::count(crossing.begin(), crossing.end(), 1), 0);
 }
 
 }  // namespace

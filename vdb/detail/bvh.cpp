@@ -222,26 +222,39 @@ TriangleHit TriangleBvh::on_slot(int slot, const Vec3& x) const {
 
 TriangleHit TriangleBvh::closest(const Vec3& x, double max_d2, double eps) const {
   const Vec3 local = x - origin_;
+  const auto id_of = [&](int slot) { return tree_.ids[static_cast<std::size_t>(slot)]; };
+  const auto answer_at = [&](std::size_t slot) {
+    const Slot& s = slots_[slot];
+    const double ap[3] = {local[0] - s.a[0], local[1] - s.a[1], local[2] - s.a[2]};
+    return sliver_[slot] ? locate_sliver(ap, s.ab, s.ac) : locate(ap, s.ab, s.ac);
+  };
+  // Where the last search of this thread ended is near: no farther triangle need be looked at. All that are
+  // equally near are looked at, as their boxes seem nearer still, so that the answer does not depend on where
+  // the search began, nor on its order.
+  thread_local std::size_t last = 0;
   double best = max_d2;
-  Answer answer{max_d2, 0.0, 0.0, kInterior};
+  if (eps == 0.0 && last < slots_.size()) {
+    constexpr double kAbove = 1.0 + 1e-12;
+    const double start = answer_at(last).d2 * kAbove + std::numeric_limits<double>::min();
+    best = std::min(best, start);
+  }
+  Answer answer{best, 0.0, 0.0, kInterior};
   int found = -1;
   wide_.visit_nearest(local.data(), best, (1.0 + eps) * (1.0 + eps), [&](int begin, int count) {
     for (int i = begin; i < begin + count; ++i) {
-      const Slot& s = slots_[static_cast<std::size_t>(i)];
-      const double ap[3] = {local[0] - s.a[0], local[1] - s.a[1], local[2] - s.a[2]};
-      const Answer a =
-          sliver_[static_cast<std::size_t>(i)] ? locate_sliver(ap, s.ab, s.ac) : locate(ap, s.ab, s.ac);
-      if (a.d2 < best) {
-        best = a.d2;
-        answer = a;
-        found = i;
-      }
+      const Answer a = answer_at(static_cast<std::size_t>(i));
+      const bool nearer = a.d2 < best;
+      if (!nearer && !(found >= 0 && a.d2 == best && id_of(i) > id_of(found))) continue;
+      best = a.d2;
+      answer = a;
+      found = i;
     }
   });
   if (found < 0) return {};
+  last = static_cast<std::size_t>(found);
   const Slot& s = slots_[static_cast<std::size_t>(found)];
   const double ap[3] = {local[0] - s.a[0], local[1] - s.a[1], local[2] - s.a[2]};
-  return make_hit(answer, ap, s.ab, s.ac, x, tree_.ids[static_cast<std::size_t>(found)]);
+  return make_hit(answer, ap, s.ab, s.ac, x, id_of(found));
 }
 
 double TriangleBvh::bytes() const {
@@ -256,7 +269,9 @@ SegmentBvh::SegmentBvh(std::span<const std::array<Vec3, 2>> segments)
   refs.reserve(segments_.size());
   for (std::size_t i = 0; i < segments_.size(); ++i)
     refs.push_back(BoxRef::around(segments_[i].data(), 2, static_cast<Index>(i)));
-  tree_ = build_box_tree(std::move(refs));
+  BoxTree tree = build_box_tree(std::move(refs));
+  tree_ = WideTree(tree);
+  ids_ = std::move(tree.ids);
 }
 
 SegmentHit SegmentBvh::on_segment(Index segment, const Vec3& x) const {
@@ -270,10 +285,11 @@ SegmentHit SegmentBvh::on_segment(Index segment, const Vec3& x) const {
 SegmentHit SegmentBvh::closest(const Vec3& x, double max_d2, Index skip) const {
   SegmentHit hit;
   double best = max_d2;
-  visit_nearest(tree_, x.data(), best, 1.0, [&](int begin, int count) {
+  tree_.visit_nearest(x.data(), best, 1.0, [&](int begin, int count) {
     for (int i = begin; i < begin + count; ++i) {
-      if (tree_.ids[static_cast<std::size_t>(i)] == skip) continue;
-      const SegmentHit h = on_segment(tree_.ids[static_cast<std::size_t>(i)], x);
+      const Index id = ids_[static_cast<std::size_t>(i)];
+      if (id == skip) continue;
+      const SegmentHit h = on_segment(id, x);
       if (h.d2 < best) {
         best = h.d2;
         hit = h;

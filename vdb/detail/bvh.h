@@ -35,7 +35,8 @@ class TriangleBvh {
   TriangleBvh() = default;
 
   /// Closest point among those nearer than sqrt(max_d2); triangle = kNone when there is none. With eps > 0
-  /// the distance may be too large by a factor of 1 + eps. Ties are broken by the tree alone.
+  /// the distance may be too large by a factor of 1 + eps; else, of equally near ones the last is found (the
+  /// first speaks for an edge or corner among the other walls).
   [[nodiscard]] TriangleHit closest(const Vec3& x, double max_d2 = std::numeric_limits<double>::infinity(),
                                     double eps = 0.0) const;
   /// Closest point on one stored triangle, given its position in leaf order.
@@ -78,10 +79,11 @@ class SegmentBvh {
   [[nodiscard]] SegmentHit closest(const Vec3& x, double max_d2 = std::numeric_limits<double>::infinity(),
                                    Index skip = kNone) const;
   [[nodiscard]] SegmentHit on_segment(Index segment, const Vec3& x) const;
-  [[nodiscard]] bool empty() const { return tree_.empty(); }
+  [[nodiscard]] bool empty() const { return ids_.empty(); }
 
  private:
-  BoxTree tree_;
+  WideTree tree_;
+  std::vector<Index> ids_;  ///< in leaf order
   std::vector<std::array<Vec3, 2>> segments_;
 };
 

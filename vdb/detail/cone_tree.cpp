@@ -1,6 +1,8 @@
 // As in WideTree each node takes two levels of the binary tree; the pieces of a leaf are children as well.
 #include "vdb/detail/cone_tree.h"
 
+#include <numbers>
+
 namespace lamina::detail {
 namespace {
 
@@ -74,6 +76,9 @@ void ConeTree::put(Node& node, int at, const ConePiece& piece, std::int32_t chil
     for (std::size_t a = 0; a < 3; ++a) to.axis[a][at] = plain ? from.axis[a] : 0.0F;
     const float cos2 = from.cos_half * from.cos_half;
     to.tangent2[at] = plain ? std::max(0.0F, 1.0F - cos2) / cos2 : 0.0F;
+    constexpr double kRadians = std::numbers::pi / 180.0, kRounding = 0.1;  // kRounding: degrees
+    const double beside = (kKnownDegrees - kRounding) * kRadians - std::acos(std::min(1.0F, from.cos_half));
+    to.known[at] = plain && beside > 0.0 ? static_cast<float>(std::cos(beside)) : 2.0F;
     to.bias[at] = plain ? 0.0F : from.holds_all() ? kHuge : -kHuge;
   }
   node.child[static_cast<std::size_t>(at)] = child;
@@ -85,7 +90,7 @@ ConeTree::Node ConeTree::make_node() {
   node.hi.fill(Four::Zero());
   for (Cones& c : node.normals) {
     c.axis.fill(Four::Zero());
-    c.tangent2 = c.bias = Four::Zero();
+    c.tangent2 = c.bias = c.known = Four::Zero();
   }
   node.child.fill(0);
   node.count = 0;

@@ -3,8 +3,9 @@
 //
 // Each subtree knows its box and, for either side of the wall, a cone around its normals. It is left out when
 // a plane parts them: a direction w that makes no obtuse angle with any normal of the cone, and in which all
-// of the box lies beyond x. The arithmetic is in single precision, four subtrees at once, and errs towards
-// visiting too much.
+// of the box lies beyond x. It is left out as well when all of its normals point in a direction that need not
+// be found again, that of the wall below x, for example. The arithmetic is in single precision, four subtrees
+// at once, and errs towards visiting too much.
 #pragma once
 
 #include <Eigen/Core>
@@ -51,9 +52,12 @@ class ConeTree {
   ConeTree() = default;
 
   /// Calls visit(position in leaf order) for every piece no farther than `reach` one of whose normals - to
-  /// the front, to the back, or either - may point to x, and for some others.
+  /// the front, to the back, or either - may point to x and differs by kKnownDegrees from the unit vector
+  /// `known`, and for some others.
   template <class Visit>
-  void visit_facing(const Vec3& x, double reach, bool front, bool back, Visit&& visit) const;
+  void visit_facing(const Vec3& x, double reach, bool front, bool back, const Vec3& known,
+                    Visit&& visit) const;
+  static constexpr double kKnownDegrees = 10.0;
 
  private:
   using Four = Eigen::Array4f;
@@ -61,6 +65,7 @@ class ConeTree {
     std::array<Four, 3> axis;
     Four tangent2;  ///< of the half angle, squared
     Four bias;      ///< added to margins: huge where the cone holds every direction, -huge where none
+    Four known;     ///< cosine between axis and a known direction above which the cone holds nothing else
   };
   struct Node {
     std::array<Four, 3> lo, hi;
@@ -126,7 +131,8 @@ inline ConeTree::Four ConeTree::margin(const Cones& cones, const Ways& ways) {
 }
 
 template <class Visit>
-void ConeTree::visit_facing(const Vec3& x, double reach, bool front, bool back, Visit&& visit) const {
+void ConeTree::visit_facing(const Vec3& x, double reach, bool front, bool back, const Vec3& known,
+                            Visit&& visit) const {
   if (empty_) return;
   constexpr double kMost = 1e12, kUlp = 1.2e-7;  // kMost: in sizes of the body
   constexpr float kAbove = 1.0F + 4e-6F, kDenormal = 1e-36F;
@@ -136,6 +142,7 @@ void ConeTree::visit_facing(const Vec3& x, double reach, bool front, bool back, 
     below[a] = static_cast<float>(c - off);
     above[a] = static_cast<float>(c + off);
   }
+  const Eigen::Array3f way = known.cast<float>().array();
   const float most = static_cast<float>(std::min(scale_ * reach, 2.0 * kMost));
   const float most2 = most * most * kAbove + kDenormal;
   std::array<std::int32_t, 3 * kTreeStack + 4> stack;
@@ -149,12 +156,16 @@ void ConeTree::visit_facing(const Vec3& x, double reach, bool front, bool back, 
     }
     const Node& node = nodes_[static_cast<std::size_t>(code)];
     const Ways ways = ways_from(node, below, above);
-    Four most_margin = Four::Constant(-1.0F);
-    for (std::size_t side = front ? 0 : 1; side < (back ? 2U : 1U); ++side)
-      most_margin = most_margin.max(margin(node.normals[side], ways));
+    const Four within = most2 - ways.squared;
+    Four verdict = Four::Constant(-1.0F);  // to be visited where it is not negative
+    for (std::size_t side = front ? 0 : 1; side < (back ? 2U : 1U); ++side) {
+      const Cones& cones = node.normals[side];
+      const Four along = cones.axis[0] * way[0] + cones.axis[1] * way[1] + cones.axis[2] * way[2];
+      const Four open = within.min(cones.known - along);
+      if (open.maxCoeff() >= 0.0F) verdict = verdict.max(open.min(margin(cones, ways)));
+    }
     for (int c = node.count; c-- > 0;)
-      if (most_margin[c] >= 0.0F && ways.squared[c] <= most2)
-        stack[depth++] = node.child[static_cast<std::size_t>(c)];
+      if (verdict[c] >= 0.0F) stack[depth++] = node.child[static_cast<std::size_t>(c)];
   }
 }
 

@@ -14,7 +14,7 @@
 namespace lamina::detail {
 namespace {
 
-constexpr double kSeparation = 0.98480775301220806;  // cos 10 degrees
+constexpr double kSeparation = 0.98480775301220806;  // cosine of ConeTree::kKnownDegrees
 
 // The facet of a corner or edge that speaks for all around it: the first one on the wall.
 Index spokesman(const SignRule& sign, std::span<const Index> corners) {
@@ -139,7 +139,7 @@ bool FacetWall::descends(const TriangleHit& hit) const {
   return false;
 }
 
-bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double sign) const {
+bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit) const {
   const std::size_t t = static_cast<std::size_t>(hit.triangle);
   const double limit = hit.d2 * (1.0 - 1e-12);
   const auto closer = [&](Index facet) {
@@ -172,8 +172,11 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double s
       if (closer(h / 4)) return false;
     if (goes_on(id)) return false;
   }
-  // The wall must face x, so that the space in front of it is of the kind x is in: its other side is not
-  // seen.
+  return true;
+}
+
+// The wall must face x, so that the space in front of it is of the kind x is in: its other side is not seen.
+bool FacetWall::faces(const TriangleHit& hit, double sign) const {
   constexpr double kInFront = 1e-3;
   TriangleHit front = hit;
   front.offset *= kInFront;
@@ -185,13 +188,13 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit, double s
 void FacetWall::collect(const Vec3& x, double sign, double reach, const Vec3& main,
                         std::vector<Candidate>& out) const {
   const bool front = sign > 0.0 || !sign_.oriented(), back = sign < 0.0 || !sign_.oriented();
-  cones_.visit_facing(x - bvh_.origin(), reach, front, back, [&](int slot) {
+  cones_.visit_facing(x - bvh_.origin(), reach, front, back, -main, [&](int slot) {
     const TriangleHit hit = bvh_.on_slot(slot, x);
     if (hit.d2 > reach * reach) return;
     const double d = std::sqrt(hit.d2);
     const Vec3 to = d > tiny_ ? Vec3(-hit.offset / d)
                               : Vec3(-sign * topology_.normals[static_cast<std::size_t>(hit.triangle)]);
-    if (to.dot(main) > kSeparation || !is_local_minimum(x, hit, sign)) return;
+    if (to.dot(main) > kSeparation || !is_local_minimum(x, hit)) return;
     out.push_back({hit.d2, hit, to});
   });
 }
@@ -215,7 +218,7 @@ int FacetWall::others(const Vec3& x, const WallPoint& nearest, double reach, std
     bool apart = true;
     for (int i = 0; i < count; ++i)
       apart = apart && c.direction.dot(kept[static_cast<std::size_t>(i)]) <= kSeparation;
-    if (!apart) continue;
+    if (!apart || !faces(c.hit, sign)) continue;
     kept[static_cast<std::size_t>(count)] = c.direction;
     out[static_cast<std::size_t>(count++)] = describe(c.hit, sign);
   }

@@ -20,6 +20,9 @@ class FacetWall : public WallField {
   FacetWall(Surface surface, double feature_angle, bool sheets = false);
 
   [[nodiscard]] WallPoint at(const Vec3& x) const override;
+  [[nodiscard]] WallPoint at_side(const Vec3& x, double sign) const override {
+    return describe(bvh_.closest(x), sign);
+  }
   [[nodiscard]] double phi(const Vec3& x) const override;
   [[nodiscard]] double distance(const Vec3& x, double eps) const override;
   int others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const override;
@@ -56,7 +59,8 @@ class FacetWall : public WallField {
   [[nodiscard]] std::vector<ConePiece> make_pieces() const;
   [[nodiscard]] std::array<Cone, 2> normals_of(Index facet) const;
   [[nodiscard]] bool descends(const TriangleHit& hit) const;
-  [[nodiscard]] bool is_local_minimum(const Vec3& x, const TriangleHit& hit, double sign) const;
+  [[nodiscard]] bool is_local_minimum(const Vec3& x, const TriangleHit& hit) const;
+  [[nodiscard]] bool faces(const TriangleHit& hit, double sign) const;
   void collect(const Vec3& x, double sign, double reach, const Vec3& main, std::vector<Candidate>& out) const;
 
   Surface surface_;

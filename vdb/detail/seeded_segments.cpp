@@ -14,8 +14,12 @@ SeededSegments::SeededSegments(const Surface& surface, const std::vector<std::ar
 
 SegmentHit SeededSegments::closest(const Surface& surface, Index facet, const Vec3& x) const {
   SegmentHit best;
+  Index last = kNone;
   for (const Index v : surface.triangles[static_cast<std::size_t>(facet)]) {
-    const SegmentHit hit = tree_.on_segment(nearest_[static_cast<std::size_t>(v)], x);
+    const Index segment = nearest_[static_cast<std::size_t>(v)];
+    if (segment == last) continue;
+    last = segment;
+    const SegmentHit hit = tree_.on_segment(segment, x);
     if (hit.d2 < best.d2) best = hit;
   }
   const SegmentHit nearer = tree_.closest(x, best.d2);

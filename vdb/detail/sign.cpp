@@ -13,6 +13,7 @@
 
 #include "core/parallel.h"
 #include "core/words.h"
+#include "vdb/detail/intersections.h"
 
 namespace lamina::detail {
 namespace {
@@ -41,6 +42,7 @@ bool pierces(const Vec3& p, const Vec3& q, const Vec3* t) {
   return (a > 0.0 && b > 0.0 && c > 0.0) || (a < 0.0 && b < 0.0 && c < 0.0);
 }
 
+// What rounding takes for a crossing of facets that touch is refuted exactly.
 bool cross(const Surface& s, std::size_t i, std::size_t j) {
   Vec3 a[3], b[3];
   for (std::size_t k = 0; k < 3; ++k) {
@@ -50,7 +52,8 @@ bool cross(const Surface& s, std::size_t i, std::size_t j) {
     b[k] = point(s, s.triangles[j][k]);
   }
   for (std::size_t k = 0; k < 3; ++k)
-    if (pierces(a[k], a[(k + 1) % 3], b) || pierces(b[k], b[(k + 1) % 3], a)) return true;
+    if (pierces(a[k], a[(k + 1) % 3], b) || pierces(b[k], b[(k + 1) % 3], a))
+      return facets_meet(s, static_cast<Index>(i), static_cast<Index>(j));
   return false;
 }
 
