@@ -8,10 +8,10 @@
 //   found by drawing octants, see choose(), and w divided by the probability of what was drawn.
 //   3. A sample farther than `band` from the wall counts with w sqrt(det M)(x).
 //   4. A nearer one stands for its wall-normal ray: its share of the wall is w / (integral of J over the
-//   ray), where
-//      J(t) is the volume swept at height t, (1 + k1 t)(1 + k2 t) above a face, t above a sharp edge, t^2
-//      above a corner. The density is integrated along the ray by Gauss points between layer levels. The ray
-//      ends where another part of the wall is nearer. This is unbiased whatever the wall's shape.
+//   ray), where J(t) is the volume swept at height t, (1 + k1 t)(1 + k2 t) above a face, t above a sharp
+//   edge, t^2 above a corner. The density is integrated along the ray by a random point between each two
+//   layer levels, all of which have the wall point of x. The ray ends where another part of the wall is
+//   nearer. This is unbiased whatever the wall's shape.
 //   5. A leaf beside a face of the domain that carries layers, farther than `band` from the body, stands for
 //   its column normal to that face, cut at the layer levels.
 //   6. At one point in eight the excess of a unit edge is measured, see Sums::excess().
@@ -31,7 +31,7 @@ namespace {
 
 constexpr double kNearRatio = 0.5;  // half diagonal of a leaf against its distance from the wall
 constexpr int kRootCells = 6;       // of the octree, along the domain's longest side
-constexpr int kRayIntervals = 14;   // on each side of the wall, within the layer
+constexpr int kRayIntervals = 6;    // on each side of the wall, within the layer
 
 struct Leaf {
   Vec3 center;
@@ -156,7 +156,7 @@ std::vector<Leaf> octree(const WallMetric& metric, double smallest, const Progre
         level.size(),
         [&](std::size_t i) {
           const double radius = level[i].half.norm();
-          const double distance = std::abs(metric.wall().phi(level[i].center));
+          const double distance = metric.wall().distance(level[i].center, 0.0);
           split[i] = 2.0 * level[i].half.maxCoeff() > smallest && radius > kNearRatio * distance ? 1 : 0;
         },
         64);
@@ -173,57 +173,82 @@ std::vector<Leaf> octree(const WallMetric& metric, double smallest, const Progre
   return leaves;
 }
 
-/// Heights between which the density is integrated: layer levels (every few of them), then growing by half up
-/// to `band`.
+/// Heights between which the density is integrated: layer levels (every few of them), then growing by kGrow
+/// up to `band`.
 std::vector<double> ray_levels(const BoundaryLayer& layer, double band) {
   std::vector<double> t{0.0};
   const int stride = (layer.layers + kRayIntervals - 1) / kRayIntervals;
   for (int k = stride; k <= layer.layers && layer.level(k) < band; k += stride) t.push_back(layer.level(k));
   double step = std::max(t.size() > 1 ? t.back() - t[t.size() - 2] : layer.h_min, 1e-3 * band);
-  while (t.back() + 1.5 * step < band) {
+  constexpr double kGrow = 2.0;
+  while (t.back() + kGrow * step < band) {
     t.push_back(t.back() + step);
-    step *= 1.5;
+    step *= kGrow;
   }
   t.push_back(band);
   return t;
 }
 
 struct Ray {
-  Vec3 foot, direction;  // direction into the fluid
-  WallFeature feature;
-  double k1, k2;
-  double drawn_at;  ///< height of the point that the ray was drawn for
+  WallPoint wall;  ///< of the point that the ray was drawn for
+  Vec3 direction;  ///< into the fluid
+  std::uint64_t id;
+  WallFeature foot;  ///< what the foot lies on
 
+  [[nodiscard]] Vec3 at(double t) const { return wall.closest + t * direction; }
+  /// The drawn point has its foot here, so that the wall's centre of curvature is not between: an estimate
+  /// that says so is none.
+  [[nodiscard]] double curvature(double k) const {
+    return std::isfinite(k) && 1.0 + k * wall.phi > 0.0 ? k : 0.0;
+  }
   [[nodiscard]] double swept(double t) const {
-    if (feature == WallFeature::kEdge) return std::abs(t);
-    if (feature == WallFeature::kCorner) return t * t;
-    return std::max(0.0, (1.0 + k1 * t) * (1.0 + k2 * t));
+    if (foot == WallFeature::kEdge) return std::abs(t);
+    if (foot == WallFeature::kCorner) return t * t;
+    return std::max(0.0, (1.0 + curvature(wall.k1) * t) * (1.0 + curvature(wall.k2) * t));
   }
 };
 
-/// One side (+1 fluid, -1 body) of a ray: adds density and swept volume; returns the latter.
+/// What the closest point lies on. WallPoint::feature tells edges and corners that stand out towards x only;
+/// but where edges of both kinds meet, or more than two facets, rays fan out from others as well.
+WallFeature foot_of(const WallPoint& wall, double tiny) {
+  if (wall.feature != WallFeature::kFace) return wall.feature;
+  if (wall.corner_distance <= tiny) return WallFeature::kCorner;
+  return wall.edge_distance <= tiny ? WallFeature::kEdge : WallFeature::kFace;
+}
+
+/// Is a distance that of a foot at a height t?
+bool same_foot(double distance, double t) {
+  constexpr double kSameFoot = 0.03;  // relative error
+  return std::abs(distance - std::abs(t)) <= kSameFoot * std::abs(t);
+}
+
+/// One side (+1 fluid, -1 body) of a ray: adds density and swept volume; returns the latter. All of the ray
+/// has the wall point of the foot, so that only distances are looked up on the way.
 double integrate_side(const Sampler& sampler, const Ray& ray, double side, const std::vector<double>& levels,
                       Sums& sums) {
   const WallMetric& metric = sampler.metric();
-  constexpr double kGauss = 0.21132486540518713;  // abscissae of the two-point rule on [0, 1]
-  constexpr double kSameFoot = 0.03;  // relative error of the distance that still means the same foot
+  const bool drawn_here = side * ray.wall.phi > 0.0;
   double volume = 0.0;
   for (std::size_t j = 0; j + 1 < levels.size(); ++j) {
     const double length = levels[j + 1] - levels[j];
-    for (const double at : {kGauss, 1.0 - kGauss}) {
-      const double t = side * (levels[j] + at * length);
-      const Vec3 x = ray.foot + t * ray.direction;
-      const double weight = 0.5 * length * ray.swept(t);
-      if (!metric.sizes().domain.contains(x)) {
-        volume += weight;
-        continue;
-      }
-      const WallSample s = metric.sample(x);
-      // Below the point that the ray was drawn for, a difference of the feet is rounding.
-      if (std::abs(s.wall.phi - t) > kSameFoot * std::abs(t) && side * t > side * ray.drawn_at) return volume;
-      sampler.add(sums, x, s, weight);
-      volume += weight;
+    const double t = side * (levels[j] + uniform(ray.id + j, side > 0.0 ? 0 : 1) * length);
+    const Vec3 x = ray.at(t);
+    // The other side of the wall may be no other side: of a sheet, or within another part of the body.
+    if (j == 0 && !drawn_here) {
+      const double phi = metric.wall().phi(x);
+      if (!(phi * side >= 0.0 && same_foot(std::abs(phi), t))) return volume;
     }
+    const double weight = length * ray.swept(t);
+    if (!metric.sizes().domain.contains(x)) {
+      volume += weight;
+      continue;
+    }
+    // Below the point that the ray was drawn for, a difference of the feet is rounding.
+    if (side * t > side * ray.wall.phi && !same_foot(metric.wall().distance(x, 0.0), t)) return volume;
+    WallPoint wall = ray.wall;
+    wall.phi = t;
+    sampler.add(sums, x, metric.sample(x, wall), weight);
+    volume += weight;
   }
   return volume;
 }
@@ -231,13 +256,13 @@ double integrate_side(const Sampler& sampler, const Ray& ray, double side, const
 Sums integrate_ray(const Sampler& sampler, const Vec3& x, const WallPoint& wall,
                    const std::vector<double>& levels, double weight) {
   const WallMetric& metric = sampler.metric();
-  Ray ray{wall.closest, wall.N, wall.feature, wall.k1, wall.k2, wall.phi};
+  constexpr double kTiny = 1e-9;  // of the body
+  Ray ray{wall, wall.N, point_id(x), foot_of(wall, kTiny * metric.wall().bounds().diagonal())};
   if (std::abs(wall.phi) > 1e-12 * metric.sizes().domain.diagonal())
     ray.direction = ((x - wall.closest) / wall.phi).normalized();
-  if (!std::isfinite(ray.k1) || !std::isfinite(ray.k2)) ray.k1 = ray.k2 = 0.0;
   Sums sums;
   double volume = 0.0;
-  const bool face = ray.feature == WallFeature::kFace;
+  const bool face = ray.foot == WallFeature::kFace;
   if (face || wall.phi > 0.0) volume += integrate_side(sampler, ray, 1.0, levels, sums);
   if (face || wall.phi <= 0.0) volume += integrate_side(sampler, ray, -1.0, levels, sums);
   if (volume <= 0.0) {  // the ray ends at once: the sample stands for itself
@@ -321,7 +346,8 @@ struct Choice {
 };
 
 /// A point of the leaf. Towards edges and corners it is found by halving: an octant is drawn by what the
-/// octants will count for, until it is small against its distance from them.
+/// octants will count for, until it is small against its distance from them. (On which side of the wall they
+/// lie matters little for that and may cost much to tell.)
 Choice choose(const WallMetric& metric, const Leaf& leaf, WallPoint w, std::size_t index, double height,
               double band) {
   constexpr double kDoubt = 0.25;  // part of the probability that does not trust the guess
@@ -337,7 +363,7 @@ Choice choose(const WallMetric& metric, const Leaf& leaf, WallPoint w, std::size
     double sum = 0.0;
     for (std::size_t i = 0; i < 8; ++i) {
       octants[i] = octant(box, static_cast<int>(i));
-      walls[i] = metric.wall().at(octants[i].center);
+      walls[i] = metric.wall().at_side(octants[i].center, 1.0);
       share[i] = guess(metric, octants[i].center, walls[i], 0.5 * radius, height, band);
       sum += share[i];
     }
@@ -361,7 +387,7 @@ Sums integrate_leaf(const Sampler& sampler, const Leaf& leaf, std::size_t index,
   const double band = levels.back();
   const double height = std::min(levels[std::min<std::size_t>(3, levels.size() - 1)], 0.25 * band);
   const std::size_t face = face_beside(metric, leaf);
-  const WallPoint center = metric.wall().at(leaf.center);
+  const WallPoint center = metric.wall().at_side(leaf.center, 1.0);
   const std::size_t draws = beside_edge(center, leaf.half.norm(), band) ? kDraws : 1;
   Sums sums;
   for (std::size_t draw = 0; draw < draws; ++draw) {
@@ -419,7 +445,8 @@ Sums integrate_density(const WallMetric& metric, double leaves_across, const Pro
       [&](std::size_t begin, std::size_t end) {
         Sums part;
         if (progress != nullptr) progress->check_cancelled();
-        for (std::size_t i = begin; i < end; ++i) part = part + integrate_leaf(sampler, leaves[i], i, levels);
+        for (std::size_t i = begin; i < end; ++i)
+          part = std::move(part) + integrate_leaf(sampler, leaves[i], i, levels);
         return part;
       },
       [](const Sums& x, const Sums& y) { return x + y; }, 32);
