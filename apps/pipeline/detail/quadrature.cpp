@@ -228,8 +228,8 @@ struct Ray {
 
 /// One side (+1 fluid, -1 body) of a ray: adds density and swept volume; returns the latter.
 template <int D>
-double integrate_side(const Sampler<D>& sampler, const Ray<D>& ray, double side, const std::vector<double>& levels,
-                      Sums& sums) {
+double integrate_side(const Sampler<D>& sampler, const Ray<D>& ray, double side,
+                      const std::vector<double>& levels, Sums& sums) {
   const WallMetric& metric = sampler.metric();
   constexpr double kGauss = 0.21132486540518713;  // abscissae of the two-point rule on [0, 1]
   constexpr double kSameFoot = 0.03;  // relative error of the distance that still means the same foot
@@ -357,7 +357,7 @@ struct Choice {
 /// octants will count for, until it is small against its distance from them.
 template <int D>
 Choice<D> choose(const WallMetric& metric, const Leaf<D>& leaf, WallPoint w, std::size_t index, double height,
-              double band) {
+                 double band) {
   constexpr double kDoubt = 0.25;  // part of the probability that does not trust the guess
   constexpr std::uint64_t kDepth = 64;
   constexpr std::size_t kParts = std::size_t{1} << D;
@@ -460,7 +460,8 @@ Sums integrate(const WallMetric& metric, double leaves_across, const Progress* p
       [&](std::size_t begin, std::size_t end) {
         Sums part;
         if (progress != nullptr) progress->check_cancelled();
-        for (std::size_t i = begin; i < end; ++i) part = part + integrate_leaf<D>(sampler, leaves[i], i, levels);
+        for (std::size_t i = begin; i < end; ++i)
+          part = part + integrate_leaf<D>(sampler, leaves[i], i, levels);
         return part;
       },
       [](const Sums& x, const Sums& y) { return x + y; }, 32);
