@@ -29,6 +29,9 @@ enum class LengthUnit { kMetre, kMillimetre, kCentimetre, kInch, kFoot };
 /// Metres per unit.
 double unit_scale(LengthUnit unit);
 
+/// What a body is read from.
+enum class BodyKind { kSurface, kVdb, kProfile };
+
 /// An axis-aligned plane, coordinate `axis` = `offset`.
 struct Plane {
   int axis = 1;
@@ -42,10 +45,11 @@ std::string plane_text(const Plane& plane);
 struct Case {
   std::filesystem::path body;
   LengthUnit unit = LengthUnit::kMetre;
-  std::vector<std::string> size_grids;  ///< "NAME" in the body's .vdb, or "FILE.vdb:NAME"
+  bool polyline = false, spline = false;  ///< how the points of a profile are joined; neither: by its format
+  std::vector<std::string> size_grids;    ///< "NAME" in the body's .vdb, or "FILE.vdb:NAME"
   Flow flow;
   std::optional<double> h2, h1, box2_margin, target_cells;
-  std::optional<Box<3>> box2, domain;
+  std::optional<Box<3>> box2, box1, domain;  ///< in two dimensions endless in z, as the boxes below
   Profile profile = Profile::kLayered;
   double corner_elements = SizeOptions{}.corner_elements;
   double edge_growth = SizeOptions{}.edge_growth;
@@ -59,7 +63,9 @@ struct Case {
   SeedKind seed = SeedKind::kTetgen;
   Align align = Align::kLayers;
   double quality_floor = 0.1;
-  int threads = 0;  ///< 0: all; the mesh does not depend on it
+  int threads = 0;                ///< 0: all; the mesh does not depend on it
+  std::optional<Plane> slice;     ///< of a body in space: its section is the body of a plane mesh
+  std::optional<double> extrude;  ///< plane meshes are written as one layer of tetrahedra of this height
   std::vector<std::filesystem::path> outputs;
   std::optional<std::filesystem::path> metric_out, levelset_out, report, picture;
   Plane picture_plane;
@@ -86,6 +92,7 @@ struct CaseOption {
   std::string flags;       ///< "--hmin", "-o,--out"; the positional argument: "BODY"
   OptionType type = OptionType::kReal;
   int count = 1;              ///< numbers of kReals, words of each text of kTexts
+  int planar_count = 0;       ///< as many will do in two dimensions; 0: no
   std::string unit;           ///< "m", "degrees", "" for a pure number
   std::string default_value;  ///< in words
   std::string help;
