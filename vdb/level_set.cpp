@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "vdb/detail/facet_wall.h"
 #include "vdb/detail/grid.h"
+#include "vdb/detail/outline_wall.h"
 #include "vdb/detail/spline_wall.h"
 #include "vdb/detail/stencil_curvature.h"
 
@@ -19,7 +20,8 @@ namespace lamina {
 
 struct LevelSet::Impl {
   std::unique_ptr<WallField> wall;
-  detail::BandGrid grid;
+  detail::BandGrid grid;  ///< empty for an outline
+  double half_width_vox = 0.0;
   LevelSetReport report;
 };
 
@@ -46,10 +48,9 @@ double area_of(const detail::Topology& topology) {
   return area;
 }
 
-// The voxel asked for, or the default, coarsened to the budget.
-double choose_voxel(const detail::FacetWall& wall, const LevelSetOptions& o,
+// The voxel asked for, or the default, coarsened to the budget, for a wall of some area and longest extent.
+double choose_voxel(double area, double longest, const LevelSetOptions& o,
                     std::vector<std::string>& warnings) {
-  const double area = area_of(wall.topology()), longest = wall.bounds().size().maxCoeff();
   const double smallest =
       std::max(detail::band_voxel(area, o.max_memory, o.half_width_vox), longest / kLargestSide);
   if (o.voxel > 0.0) {
@@ -69,6 +70,27 @@ double choose_voxel(const detail::FacetWall& wall, const LevelSetOptions& o,
       fmt::format("voxel {:.4g} instead of {:.4g}: the budget of {:.3g} GB allows no finer grid",
                   1.001 * smallest, wanted, 1e-9 * o.max_memory));
   return 1.001 * smallest;
+}
+
+constexpr double kSlab = 3.0;  // voxels to either side of z = 0 that the grid of an outline covers
+
+// The grid of an outline, for the part of space next to z = 0.
+detail::BandGrid outline_grid(const detail::OutlineWall& wall, double voxel, double half_width_vox) {
+  Surface s;
+  const double z = (kSlab + 0.5) * voxel;
+  for (const std::vector<Vec2>& line : wall.polylines()) {
+    const auto first = static_cast<Index>(s.points.size());
+    for (const Vec2& x : line)
+      for (const double side : {-z, z}) s.points.emplace_back(x[0], x[1], side);
+    for (Index i = first; i + 3 < static_cast<Index>(s.points.size()); i += 2) {
+      s.triangles.push_back({i, i + 2, i + 3});
+      s.triangles.push_back({i, i + 3, i + 1});
+    }
+  }
+  const Vec3 origin = (wall.bounds().center() / voxel).array().round() * voxel;
+  detail::BandGrid grid = detail::BandGrid::from_surface(s, voxel, half_width_vox, origin);
+  grid.polish([&](const Vec3& x, double) { return wall.phi(x); });
+  return grid;
 }
 
 // Calls visit(i) for every point, in parallel, along a Hilbert curve.
@@ -126,10 +148,11 @@ LevelSet LevelSet::from_surface(Surface surface, const LevelSetOptions& options,
   report.corners = wall->topology().corners;
   report.sign_rule = wall->sign_rule().name();
   report.warnings = wall->sign_rule().warnings();
-  report.voxel = choose_voxel(*wall, options, report.warnings);
+  const double area = area_of(wall->topology());
+  report.voxel = choose_voxel(area, wall->bounds().size().maxCoeff(), options, report.warnings);
   if (progress != nullptr) {
     progress->check_cancelled();
-    const double bytes = detail::band_bytes(area_of(wall->topology()), report.voxel, options.half_width_vox);
+    const double bytes = detail::band_bytes(area, report.voxel, options.half_width_vox);
     progress->update(0.0, fmt::format("voxel {:.3g}, about {:.2g} GB", report.voxel, 1e-9 * bytes));
   }
   const Vec3 origin = (wall->bounds().center() / report.voxel).array().round() * report.voxel;
@@ -148,6 +171,25 @@ LevelSet LevelSet::from_surface(Surface surface, const LevelSetOptions& options,
   if (progress != nullptr) progress->check_cancelled();
   detail::refine_by_stencils(*wall, impl->grid, options.half_width_vox, progress);
   wall->find_bends();
+  impl->wall = std::move(wall);
+  return LevelSet(std::move(impl));
+}
+
+LevelSet LevelSet::from_outline(const Outline& outline, const LevelSetOptions& options,
+                                const std::string& name) {
+  check_options(options);
+  auto impl = std::make_unique<Impl>();
+  LevelSetReport& report = impl->report;
+  std::vector<detail::Path> paths =
+      detail::make_paths(outline, options.feature_angle_degrees * std::numbers::pi / 180.0);
+  detail::require_apart(paths, name);
+  auto wall = std::make_unique<detail::OutlineWall>(std::move(paths));
+  const double longest = wall->bounds().size().maxCoeff();
+  const double height = 2.0 * kSlab * (options.voxel > 0.0 ? options.voxel : longest / kDefaultVoxelsAcross);
+  report.voxel = choose_voxel(wall->length() * height, longest, options, report.warnings);
+  report.sharp_edges = wall->corners();
+  report.sign_rule = "pseudonormal";
+  impl->half_width_vox = options.half_width_vox;
   impl->wall = std::move(wall);
   return LevelSet(std::move(impl));
 }
@@ -200,6 +242,10 @@ void LevelSet::write(const std::filesystem::path& path, const WallMetric* metric
   };
   if (facets != nullptr) {
     impl_->grid.write(path, at, metric != nullptr, painted);
+    return;
+  }
+  if (const auto* outline = dynamic_cast<const detail::OutlineWall*>(impl_->wall.get())) {
+    outline_grid(*outline, impl_->report.voxel, impl_->half_width_vox).write(path, at, metric != nullptr, painted);
     return;
   }
   // The values read need not be distances: those written are.

@@ -12,6 +12,7 @@
 #include "core/field.h"
 #include "core/progress.h"
 #include "core/wall_metric.h"
+#include "vdb/outline.h"
 #include "vdb/size_grid.h"
 #include "vdb/surface.h"
 
@@ -54,6 +55,13 @@ class LevelSet : public WallField {
   /// from the triangles' tensor and, where that scatters from vertex to vertex, from the grid's stencils.
   /// Errors: kLevelSetBudget with the estimate and the smallest voxel that fits.
   static LevelSet from_surface(Surface surface, const LevelSetOptions& options, Progress* progress = nullptr);
+
+  /// From a cleaned outline, extended along z without end: exact distances to its splines and chords, corners
+  /// as sharp edges along z, see detail/outline_wall.h. The grid, of three voxels to either side of z = 0, is
+  /// made when it is written. `name` is used in messages. Errors: kSurfaceInvalid where curves touch,
+  /// kLevelSetBudget.
+  static LevelSet from_outline(const Outline& outline, const LevelSetOptions& options,
+                               const std::string& name);
 
   /// From a level set written by others: the wall is the zero set of the C2 cubic spline of the grid, closest
   /// points by Newton steps on it. Distances are multiplied by `scale` (unit conversion). Errors:

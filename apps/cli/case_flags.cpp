@@ -51,7 +51,8 @@ CaseFlags::CaseFlags(CLI::App& app, const std::vector<std::string>& tables) {
           o.flags, [] {}, described(o));  // its count is all there is to it
     } else {
       w.flag = app.add_option(o.flags, w.words, described(o));
-      w.flag->type_size(o.type == OptionType::kReals || o.type == OptionType::kTexts ? o.count : 1);
+      const bool several = o.type == OptionType::kReals || o.type == OptionType::kTexts;
+      w.flag->type_size(!several ? 1 : o.planar_count > 0 ? o.planar_count : o.count, several ? o.count : 1);
       w.flag->expected(1);
       w.flag->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
       w.flag->type_name(positional ? "" : value_name(o));
@@ -78,7 +79,9 @@ Case CaseFlags::with_flags(Case c) const {
     if (name.front() != '-' && w.words.size() > 1)
       throw Error(ErrorCode::kUsage,
                   fmt::format("unexpected argument {}: one {} is enough", w.words[1], name));
-    given.push_back({w.option, parse_option(*w.option, w.words, name), name});
+    std::vector<std::string> words = w.words;
+    if (w.option->planar_count > 0) std::erase(words, "");  // the parser ends lists of any length with one
+    given.push_back({w.option, parse_option(*w.option, words, name), name});
   }
   apply_options(c, given);
   return c;

@@ -43,7 +43,7 @@ int run(const State& state) {
   stages.stage("level set");
   const Body body = load_body(c, &stages);
   ResolvedCase resolved = resolve_case(c, body);
-  stages.done(fmt::format("{} voxels", body.level_set.report().active_voxels));
+  stages.done(size_text(body));
   stages.stage("count");
   if (c.target_cells) fit_to_target(resolved, body, &stages);
   const WallMetric metric = wall_metric(body, resolved);

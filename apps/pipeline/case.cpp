@@ -30,8 +30,11 @@ std::string wanted(const CaseOption& o) {
     case OptionType::kChoice:
       return fmt::format("one of {}", join(o.choices));
     case OptionType::kReals:
-      return fmt::format("{} numbers", o.count);
+      return fmt::format("{} numbers{}", o.count,
+                         o.planar_count > 0 ? fmt::format(", or {} in two dimensions", o.planar_count) : "");
     case OptionType::kTexts:
+      if (o.planar_count > 0)
+        return fmt::format("{} words each time, or {} in two dimensions", o.count, o.planar_count);
       return o.count > 1 ? fmt::format("{} words each time", o.count) : "one or more texts";
   }
   return {};
@@ -65,6 +68,30 @@ void check_value(const GivenOption& g) {
 }
 
 // ---- case file, in ----
+
+/// Whether an option takes so many numbers, or words of each text.
+bool fits(const CaseOption& o, std::size_t count) {
+  return count == static_cast<std::size_t>(o.count) ||
+         (o.planar_count > 0 && count == static_cast<std::size_t>(o.planar_count));
+}
+
+/// The words of a command line as texts of several words. Where their number may vary, each begins with a
+/// name and goes on with numbers. Empty where they do not fit.
+std::vector<std::string> texts_of(const CaseOption& o, const std::vector<std::string>& words) {
+  std::vector<std::vector<std::string>> texts;
+  for (const std::string& word : words) {
+    const bool starts = texts.empty() || (o.planar_count > 0 ? !parse_number(word).has_value()
+                                                             : fits(o, texts.back().size()));
+    if (starts) texts.emplace_back();
+    texts.back().push_back(word);
+  }
+  std::vector<std::string> out;
+  for (const auto& text : texts) {
+    if (!fits(o, text.size())) return {};
+    out.push_back(join(text, " "));
+  }
+  return out;
+}
 
 std::string place(const std::string& file, const toml::value& value) {
   return fmt::format("{}:{}", file, value.location().line());
@@ -118,7 +145,7 @@ OptionValue value_of(const toml::value& v, const CaseOption& o, const std::strin
       std::vector<double> reals;
       if (v.is_array())
         for (const toml::value& x : v.as_array()) reals.push_back(real_of(x, where, o));
-      if (!v.is_array() || static_cast<int>(reals.size()) != o.count)
+      if (!v.is_array() || !fits(o, reals.size()))
         reject(fmt::format("{}: must be a list of {}", where, wanted(o)));
       return reals;
     }
@@ -319,9 +346,9 @@ OptionValue parse_option(const CaseOption& option, const std::vector<std::string
     return *value;
   };
   if (option.type == OptionType::kFlag) return true;  // a flag has no words
-  const auto count = static_cast<int>(words.size());
-  const bool fits = option.type == OptionType::kTexts ? count % option.count == 0 : count == option.count;
-  if (count == 0 || !fits) reject(fmt::format("{} needs {}, {} given", where, wanted(option), count));
+  const auto texts = option.type == OptionType::kTexts ? texts_of(option, words) : std::vector<std::string>();
+  if (option.type == OptionType::kTexts ? texts.empty() : !fits(option, words.size()))
+    reject(fmt::format("{} needs {}, {} given", where, wanted(option), words.size()));
   switch (option.type) {
     case OptionType::kFlag:
       break;
@@ -341,16 +368,8 @@ OptionValue parse_option(const CaseOption& option, const std::vector<std::string
       for (const std::string& word : words) reals.push_back(number(word));
       return reals;
     }
-    case OptionType::kTexts: {
-      std::vector<std::string> texts;
-      for (std::size_t i = 0; i < words.size(); ++i) {
-        if (i % static_cast<std::size_t>(option.count) == 0)
-          texts.push_back(words[i]);
-        else
-          texts.back() += " " + words[i];
-      }
+    case OptionType::kTexts:
       return texts;
-    }
   }
   return {};
 }

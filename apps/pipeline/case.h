@@ -29,6 +29,9 @@ enum class LengthUnit { kMetre, kMillimetre, kCentimetre, kInch, kFoot };
 /// Metres per unit.
 double unit_scale(LengthUnit unit);
 
+/// What a body is read from.
+enum class BodyKind { kSurface, kVdb, kProfile };
+
 /// An axis-aligned plane, coordinate `axis` = `offset`.
 struct Plane {
   int axis = 1;
@@ -42,10 +45,11 @@ std::string plane_text(const Plane& plane);
 struct Case {
   std::filesystem::path body;
   LengthUnit unit = LengthUnit::kMetre;
+  bool polyline = false, spline = false;  ///< how the points of a profile are joined; neither: by its format
   std::vector<std::string> size_grids;  ///< "NAME" in the body's .vdb, or "FILE.vdb:NAME"
   Flow flow;
   std::optional<double> h2, h1, box2_margin, target_cells;
-  std::optional<Box<3>> box2, domain;
+  std::optional<Box<3>> box2, domain;  ///< in two dimensions endless in z, as the boxes below
   Profile profile = Profile::kLayered;
   double corner_elements = SizeOptions{}.corner_elements;
   double edge_growth = SizeOptions{}.edge_growth;
@@ -86,6 +90,7 @@ struct CaseOption {
   std::string flags;       ///< "--hmin", "-o,--out"; the positional argument: "BODY"
   OptionType type = OptionType::kReal;
   int count = 1;              ///< numbers of kReals, words of each text of kTexts
+  int planar_count = 0;       ///< as many will do in two dimensions; 0: no
   std::string unit;           ///< "m", "degrees", "" for a pure number
   std::string default_value;  ///< in words
   std::string help;

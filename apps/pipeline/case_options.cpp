@@ -9,6 +9,7 @@
 #include "apps/pipeline/case.h"
 #include "apps/pipeline/text.h"
 #include "core/error.h"
+#include "core/planar.h"
 
 namespace lamina {
 namespace {
@@ -24,15 +25,15 @@ OptionValue fetch(const std::string& m) { return m; }
 OptionValue fetch(const Path& m) { return m.string(); }
 OptionValue fetch(const Plane& m) { return plane_text(m); }
 OptionValue fetch(const std::array<double, 4>& m) { return std::vector<double>(m.begin(), m.end()); }
-OptionValue fetch(const Box<3>& m) {
-  return std::vector<double>{m.lo[0], m.lo[1], m.lo[2], m.hi[0], m.hi[1], m.hi[2]};
-}
+OptionValue fetch(const Box<3>& m) { return box_numbers(m); }
 OptionValue fetch(const std::vector<std::string>& m) { return m; }
 OptionValue fetch(const std::vector<SizedBox>& m) {
   std::vector<std::string> v;
-  for (const SizedBox& b : m)
-    v.push_back(fmt::format("{} {} {} {} {} {} {} {}", b.name, b.box.lo[0], b.box.lo[1], b.box.lo[2],
-                            b.box.hi[0], b.box.hi[1], b.box.hi[2], b.size));
+  for (const SizedBox& b : m) {
+    v.push_back(b.name);
+    for (const double x : box_numbers(b.box)) v.back() += fmt::format(" {}", x);
+    v.back() += fmt::format(" {}", b.size);
+  }
   return v;
 }
 OptionValue fetch(const std::array<bool, 6>& m) {
@@ -57,30 +58,35 @@ void assign(std::array<double, 4>& m, const OptionValue& v) {
   const auto& x = std::get<std::vector<double>>(v);
   m = {x[0], x[1], x[2], x[3]};
 }
-void assign(Box<3>& m, const OptionValue& v) {
-  const auto& x = std::get<std::vector<double>>(v);
-  m.lo = {x[0], x[1], x[2]};
-  m.hi = {x[3], x[4], x[5]};
+/// Of four or six numbers.
+Box<3> box_of(const std::vector<double>& x) {
+  if (x.size() == 4) return endless({x[0], x[1]}, {x[2], x[3]});
+  return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
 }
+void assign(Box<3>& m, const OptionValue& v) { m = box_of(std::get<std::vector<double>>(v)); }
 void assign(std::vector<std::string>& m, const OptionValue& v) { m = std::get<std::vector<std::string>>(v); }
-// "NAME x0 y0 z0 x1 y1 z1 SIZE"
+// "NAME x0 y0 z0 x1 y1 z1 SIZE", or without z
 SizedBox parse_box(const std::string& text) {
   std::istringstream words(text);
   const std::vector<std::string> all{std::istream_iterator<std::string>(words), {}};
-  std::array<double, 7> x{};
-  bool good = all.size() == 8;
-  for (std::size_t i = 0; good && i < 7; ++i) {
-    const auto number = parse_number(all[i + 1]);
+  std::vector<double> x;
+  bool good = all.size() == 8 || all.size() == 6;
+  for (std::size_t i = 1; good && i < all.size(); ++i) {
+    const auto number = parse_number(all[i]);
     good = number.has_value();
-    x[i] = number.value_or(0.0);
+    x.push_back(number.value_or(0.0));
   }
-  good = good && x[0] < x[3] && x[1] < x[4] && x[2] < x[5] && x[6] > 0.0;
+  good = good && x.back() > 0.0;
+  for (std::size_t i = 0, half = x.size() / 2; good && i < half; ++i) good = x[i] < x[half + i];
   if (!good)
     throw Error(
         ErrorCode::kUsage,
-        fmt::format("box \"{}\": must be NAME X0 Y0 Z0 X1 Y1 Z1 SIZE, lower corner first, size above 0",
+        fmt::format("box \"{}\": must be NAME X0 Y0 Z0 X1 Y1 Z1 SIZE (in two dimensions without Z0 and Z1), "
+                    "lower corner first, size above 0",
                     text));
-  return {all[0], {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}, x[6]};
+  const double size = x.back();
+  x.pop_back();
+  return {all[0], box_of(x), size};
 }
 void assign(std::vector<SizedBox>& m, const OptionValue& v) {
   m.clear();
@@ -176,6 +182,11 @@ CaseOption numbers(CaseOption o, int count) {
   o.count = count;
   return o;
 }
+/// The corners of a box.
+CaseOption corners(CaseOption o) {
+  o.planar_count = 4;
+  return numbers(std::move(o), 6);
+}
 CaseOption typed(CaseOption o, OptionType type) {
   o.type = type;
   return o;
@@ -201,7 +212,8 @@ using Options = std::vector<CaseOption>;
 
 void add_body(Options& o) {
   o.push_back(bind(
-      typed(real("body", "file", "BODY", "", "", "the body: .stl, .obj, .ply or .vdb"), OptionType::kText),
+      typed(real("body", "file", "BODY", "", "", "the body: .stl, .obj, .ply or .vdb; in two dimensions a profile: .dat (an aerofoil), .csv or .txt"),
+            OptionType::kText),
       [](Case& c) -> Path& { return c.body; }));
   o.push_back(bind(choice(real("body", "unit", "--unit", "", "",
                                "unit of the coordinates in the body's file; they are turned into metres (m "
@@ -219,6 +231,21 @@ void add_body(Options& o) {
                    [](Case& c) -> std::string& { return c.level_set.grid; }));
   o.push_back(bind(real("body", "iso", "--iso", "", "", "iso value of the wall in a .vdb body of fog class"),
                    [](Case& c) -> optional<double>& { return c.level_set.iso; }));
+}
+
+void add_profile(Options& o) {
+  o.push_back(bind(typed(against(real("body", "polyline", "--polyline", "",
+                                      "aerofoils (.dat) are splines, lists of points (.csv, .txt) polylines",
+                                      "the points of a profile are joined by straight lines"),
+                                 {"spline"}),
+                         OptionType::kFlag),
+                   [](Case& c) -> bool& { return c.polyline; }));
+  o.push_back(bind(typed(against(real("body", "spline", "--spline", "", "as for --polyline",
+                                      "the points of a profile are joined by a cubic spline, with corners where "
+                                      "it turns sharply"),
+                                 {"polyline"}),
+                         OptionType::kFlag),
+                   [](Case& c) -> bool& { return c.spline; }));
 }
 
 void add_painted(Options& o) {
@@ -284,9 +311,8 @@ void add_sizes(Options& o) {
                             "number of cells to aim at: h2 and h1 are scaled, h_min is not"),
                    [](Case& c) -> optional<double>& { return c.target_cells; }));
   o.push_back(
-      bind(against(numbers(real("sizes", "box2", "--box2", "m", "the body and --box2-margin around it",
-                                "corners x0 y0 z0 x1 y1 z1 of Box2"),
-                           6),
+      bind(against(corners(real("sizes", "box2", "--box2", "m", "the body and --box2-margin around it",
+                                "corners x0 y0 z0 x1 y1 z1 of Box2, in two dimensions x0 y0 x1 y1")),
                    {"box2_margin"}),
            [](Case& c) -> optional<Box<3>>& { return c.box2; }));
   o.push_back(bind(against(positive("sizes", "box2_margin", "--box2-margin", "m",
@@ -318,6 +344,7 @@ void add_sizes(Options& o) {
                  "the gradation outside of it; may be repeated"),
             OptionType::kTexts);
   box.count = 8;
+  box.planar_count = 6;
   o.push_back(bind(box, [](Case& c) -> std::vector<SizedBox>& { return c.boxes; }));
   o.push_back(
       bind(typed(real("sizes", "walls", "--wall", "", "",
@@ -345,11 +372,10 @@ void add_sizes(Options& o) {
 }
 
 void add_domain(Options& o) {
-  o.push_back(bind(numbers(real("domain", "box", "--domain", "m",
+  o.push_back(bind(corners(real("domain", "box", "--domain", "m",
                                 "the body with 2 L before, 4 L behind it in x, and 2 L around it in y and z "
                                 "(L: longest extent)",
-                                "corners x0 y0 z0 x1 y1 z1 of the meshed box"),
-                           6),
+                                "corners x0 y0 z0 x1 y1 z1 of the meshed box, in two dimensions x0 y0 x1 y1")),
                    [](Case& c) -> optional<Box<3>>& { return c.domain; }));
 }
 
@@ -432,6 +458,7 @@ const std::vector<CaseOption>& case_options() {
   static const Options options = [] {
     Options o;
     add_body(o);
+    add_profile(o);
     add_painted(o);
     add_flow(o);
     add_sizes(o);

@@ -15,6 +15,9 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/parallel.h"
+#include "core/planar.h"
+#include "core/words.h"
+#include "mesh/background.h"
 #include "mesh/io.h"
 #include "vdb/surface_io.h"
 
@@ -24,18 +27,36 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The wall's metric as the family that the optimizer asks for.
-class Homotopy : public AdaptMetric<3> {
+template <int D>
+class Homotopy : public AdaptMetric<D> {
  public:
   explicit Homotopy(const WallMetric& metric) : metric_(metric) {}
-  [[nodiscard]] Metric<3> at(const Vec3& x, double size_floor) const override {
-    return size_floor > 0.0 ? metric_.at_coarsened(x, size_floor) : metric_.at(x);
+  [[nodiscard]] Metric<D> at(const Vec<D>& x, double size_floor) const override {
+    return section<D>(metric_.at_coarsened(in_space<D>(x), std::max(size_floor, 0.0)));
   }
-  [[nodiscard]] std::optional<Level<3>> level(const Vec3& x, double size_floor) const override {
-    return metric_.level(x, size_floor);
+  [[nodiscard]] std::optional<Level<D>> level(const Vec<D>& x, double size_floor) const override {
+    const auto level = metric_.level(in_space<D>(x), size_floor);
+    return level ? std::optional(section<D>(*level)) : std::nullopt;
   }
 
  private:
   const WallMetric& metric_;
+};
+
+/// A metric of the plane in space; along z its largest size.
+class InSpace : public MetricField<3> {
+ public:
+  explicit InSpace(BackgroundMetric<2> metric) : metric_(std::move(metric)) {}
+  [[nodiscard]] Metric<3> at(const Vec3& x) const override {
+    const Metric<2> m = metric_.at(section<2>(x));
+    Mat3 factor = Mat3::Zero();
+    factor.topLeftCorner<2, 2>() = m.factor();
+    factor(2, 2) = 1.0 / m.principal().sizes[1];
+    return Metric<3>::from_factor(factor);
+  }
+
+ private:
+  BackgroundMetric<2> metric_;
 };
 
 fs::path resolved_case_path(const Case& c) {
@@ -76,53 +97,63 @@ bool expect_resolved_case(const Case& c, OutputSet& outputs, StageRecorder& stag
   return true;
 }
 
-void add_point_fields(Mesh<3>& mesh, const WallMetric& metric, const std::vector<Metric<3>>& vertex_metric) {
+template <int D>
+void add_point_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector<Metric<D>>& vertex_metric) {
   const std::size_t n = mesh.points.size();
   const auto field = [&](const char* name, int components) {
     return MeshField{name, components, std::vector<double>(n * static_cast<std::size_t>(components))};
   };
-  MeshField phi = field("phi", 1), normal = field("N", 3), hn = field("hn", 1), ht1 = field("ht1", 1),
+  MeshField phi = field("phi", 1), normal = field("N", D), hn = field("hn", 1), ht1 = field("ht1", 1),
             ht2 = field("ht2", 1);
   for_each_index(
       n,
       [&](std::size_t i) {
-        const WallSample s = metric.sample(mesh.points[i]);
+        const WallSample s = metric.sample(in_space<D>(mesh.points[i]));
         phi.values[i] = s.wall.phi;
-        for (int k = 0; k < 3; ++k) normal.values[3 * i + static_cast<std::size_t>(k)] = s.wall.N[k];
+        for (int k = 0; k < D; ++k)
+          normal.values[D * i + static_cast<std::size_t>(k)] = s.wall.N[k];
         hn.values[i] = s.hn;
         ht1.values[i] = s.ht1;
         ht2.values[i] = s.ht2;
       },
       256);
-  mesh.point_fields = {std::move(phi), std::move(normal), std::move(hn),
-                       std::move(ht1), std::move(ht2),    tensor_field<3>(vertex_metric)};
+  mesh.point_fields = {std::move(phi), std::move(normal), std::move(hn), std::move(ht1)};
+  if (D == 3) mesh.point_fields.push_back(std::move(ht2));
+  mesh.point_fields.push_back(tensor_field<D>(vertex_metric));
 }
 
-void add_cell_fields(Mesh<3>& mesh, const WallMetric& metric, const std::vector<Metric<3>>& vertex_metric) {
+template <int D>
+void add_cell_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector<Metric<D>>& vertex_metric) {
   mesh.cell_tags.resize(mesh.cells.size());
   for_each_index(
       mesh.cells.size(),
       [&](std::size_t i) {
-        Vec3 center = Vec3::Zero();
-        for (const Index v : mesh.cells[i]) center += 0.25 * mesh.points[static_cast<std::size_t>(v)];
+        Vec<D> sum = Vec<D>::Zero();
+        for (const Index v : mesh.cells[i]) sum += mesh.points[static_cast<std::size_t>(v)];
+        const Vec3 center = in_space<D>(sum / (D + 1));
         mesh.cell_tags[i] = static_cast<Index>(metric.region(center, metric.wall().phi(center)));
       },
       256);
-  mesh.cell_fields = {quality_field<3>(mesh, vertex_metric)};
+  mesh.cell_fields = {quality_field<D>(mesh, vertex_metric)};
 }
 
 /// What the parts of the run have to say, beyond what the steps themselves put into the report.
-void finish_report(Report& report, const Body& body, const Mesh<3>& mesh, const OutputSet& outputs,
-                   const StageRecorder& stages) {
+void finish_report(Report& report, const Body& body, const OutputSet& outputs, const StageRecorder& stages) {
   report.version = version();
-  report.from_vdb = body.from_vdb;
+  report.kind = body.kind;
   report.surface = body.surface;
+  report.outline = body.outline;
   report.level_set = body.level_set.report();
   report.stages = stages.costs();
   report.threads = report.resolved.c.threads > 0 ? report.resolved.c.threads : hardware_threads();
   report.warnings = stages.warnings();
   report.missed = missed_properties(report.score);
   report.files = outputs.targets();
+}
+
+/// What the mesh itself tells.
+template <int D>
+void report_mesh(Report& report, const Mesh<D>& mesh) {
   report.points = static_cast<std::int64_t>(mesh.points.size());
   report.facets = static_cast<std::int64_t>(mesh.facets.size());
   for (const Index tag : mesh.cell_tags) ++report.region_cells[static_cast<std::size_t>(tag)];
@@ -149,11 +180,12 @@ AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
   options.end_size = r.layer.h_min;
   for (const SizeGrid& p : body.painted) options.end_size = std::min(options.end_size, p.range().first);
   for (const SizedBox& b : r.sizes.boxes) options.end_size = std::min(options.end_size, b.size);
-  if (body.user) options.end_size = std::min(options.end_size, body.user->smallest());
+  if (body.user) options.end_size = std::min(options.end_size, body.user->smallest);
   return options;
 }
 
-void write_picture(const fs::path& path, const Mesh<3>& mesh, const ResolvedCase& r) {
+template <int D>
+void write_picture(const fs::path& path, const Mesh<D>& mesh, const ResolvedCase& r) {
   PictureOptions options;
   options.plane = r.c.picture_plane;
   options.window = r.c.picture_window;
@@ -161,23 +193,25 @@ void write_picture(const fs::path& path, const Mesh<3>& mesh, const ResolvedCase
   draw_slice(path, mesh, options);
 }
 
+template <int D>
 struct Result {
-  const Mesh<3>& mesh;
-  const std::vector<Metric<3>>& vertex_metric;
+  const Mesh<D>& mesh;
+  const std::vector<Metric<D>>& vertex_metric;
   const WallMetric& metric;
   const Body& body;
   const ResolvedCase& resolved;
 };
 
 /// Writes everything but the report, which tells how long this took.
-void write_outputs(const Result& made, OutputSet& outputs, StageRecorder& stages) {
+template <int D>
+void write_outputs(const Result<D>& made, OutputSet& outputs, StageRecorder& stages) {
   const Case& c = made.resolved.c;
   for (const fs::path& path : c.outputs) {
-    write_mesh<3>(outputs.files(), path, made.mesh);
+    write_mesh<D>(outputs.files(), path, made.mesh);
     stages.check_cancelled();
   }
   if (c.metric_out)
-    outputs.write(*c.metric_out, [&](const fs::path& p) { write_metric<3>(p, made.vertex_metric); });
+    outputs.write(*c.metric_out, [&](const fs::path& p) { write_metric<D>(p, made.vertex_metric); });
   if (c.levelset_out)
     outputs.write(*c.levelset_out,
                   [&](const fs::path& p) { made.body.level_set.write(p, &made.metric, made.body.painted); });
@@ -187,12 +221,18 @@ void write_outputs(const Result& made, OutputSet& outputs, StageRecorder& stages
 }
 
 /// Options of one kind of body given with the other are refused: ignoring them would hide a mistake.
-void check_kind(const Case& c, bool from_vdb) {
+void check_kind(const Case& c, BodyKind kind) {
   const auto refuse = [&](bool given, const char* option, const char* why) {
     if (given) throw Error(ErrorCode::kUsage, fmt::format("{}: {} {}", c.body.string(), option, why));
   };
   const LevelSetOptions& o = c.level_set;
-  if (from_vdb) {
+  if (kind != BodyKind::kProfile) {
+    refuse(c.polyline, "--polyline", "is for profiles: this is a body in space");
+    refuse(c.spline, "--spline", "is for profiles: this is a body in space");
+  }
+  if (kind == BodyKind::kProfile)
+    refuse(o.sheets, "--sheet", "is for surfaces: an open curve of a profile is a sheet");
+  if (kind == BodyKind::kVdb) {
     refuse(o.voxel > 0.0, "--voxel", "is for surfaces: a .vdb body keeps its own voxels");
     refuse(o.sheets, "--sheet", "is for surfaces: a level set has no open shells");
   } else {
@@ -204,7 +244,9 @@ void check_kind(const Case& c, bool from_vdb) {
 Body load_surface(const Case& c, double scale, Progress* progress) {
   if (!is_surface_file(c.body))
     throw Error(ErrorCode::kFileUnsupported,
-                fmt::format("{}: not a body; bodies are .stl, .obj, .ply and .vdb files", c.body.string()));
+                fmt::format("{}: not a body; bodies are .stl, .obj, .ply and .vdb files, profiles .dat, .csv "
+                            "and .txt",
+                            c.body.string()));
   std::vector<std::string> warnings;
   Surface surface = read_surface(c.body, warnings);
   if (scale != 1.0)
@@ -212,8 +254,37 @@ Body load_surface(const Case& c, double scale, Progress* progress) {
   SurfaceReport report = clean(surface, c.body.string());
   report.warnings.insert(report.warnings.begin(), warnings.begin(), warnings.end());
   return {.level_set = LevelSet::from_surface(std::move(surface), c.level_set, progress),
-          .surface = std::move(report),
-          .from_vdb = false};
+          .kind = BodyKind::kSurface,
+          .surface = std::move(report)};
+}
+
+Body load_profile(const Case& c, double scale) {
+  Outline outline = read_outline(c.body);
+  for (OutlineCurve& curve : outline.curves) {
+    for (Vec2& x : curve.points) x *= scale;
+    if (c.polyline || c.spline) curve.smooth = c.spline;
+  }
+  OutlineReport report = clean(outline, c.body.string());
+  return {.level_set = LevelSet::from_outline(outline, c.level_set, c.body.string()),
+          .kind = BodyKind::kProfile,
+          .outline = std::move(report)};
+}
+
+BodyKind kind_of(const fs::path& path) {
+  if (is_outline_file(path)) return BodyKind::kProfile;
+  return lower_extension(path) == ".vdb" ? BodyKind::kVdb : BodyKind::kSurface;
+}
+
+template <int D>
+UserMetric load_metric(const Case& c) {
+  BackgroundMetric<D> metric = BackgroundMetric<D>::read(*c.metric, c.gradation);
+  const Box<D> b = metric.bounds();
+  const double smallest = metric.smallest();
+  if constexpr (D == 2) {
+    return {std::make_shared<InSpace>(std::move(metric)), endless(b.lo, b.hi), smallest};
+  } else {
+    return {std::make_shared<BackgroundMetric<3>>(std::move(metric)), b, smallest};
+  }
 }
 
 // "NAME" is a grid of the body's own file, "FILE.vdb:NAME" one of another.
@@ -236,18 +307,17 @@ Body load_body(const Case& c, Progress* progress) {
   if (c.body.empty())
     throw Error(ErrorCode::kUsage, "no body is given: name a .stl, .obj, .ply or .vdb file");
   const double scale = unit_scale(c.unit);
-  const bool from_vdb = lower_extension(c.body) == ".vdb";
+  const BodyKind kind = kind_of(c.body);
   { const MappedFile exists(c.body); }  // a missing file or a folder is the better message
-  check_kind(c, from_vdb);
+  check_kind(c, kind);
   std::vector<SizeGrid> painted;
   for (const std::string& which : c.size_grids) painted.push_back(load_painted(c, which, scale));
-  std::shared_ptr<const BackgroundMetric<3>> user;
-  if (c.metric)
-    user = std::make_shared<const BackgroundMetric<3>>(BackgroundMetric<3>::read(*c.metric, c.gradation));
-  Body body = from_vdb ? Body{.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress),
-                              .surface = {},
-                              .from_vdb = true}
-                       : load_surface(c, scale, progress);
+  std::optional<UserMetric> user;
+  if (c.metric) user = kind == BodyKind::kProfile ? load_metric<2>(c) : load_metric<3>(c);
+  Body body = kind == BodyKind::kProfile ? load_profile(c, scale)
+              : kind == BodyKind::kVdb
+                  ? Body{.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress), .kind = kind}
+                  : load_surface(c, scale, progress);
   body.painted = std::move(painted);
   body.user = std::move(user);
   return body;
@@ -256,15 +326,69 @@ Body load_body(const Case& c, Progress* progress) {
 WallMetric wall_metric(const Body& body, const ResolvedCase& r) {
   std::vector<const SizeField*> painted;
   for (const SizeGrid& p : body.painted) painted.push_back(&p);
-  return {body.level_set, r.layer, r.sizes, std::move(painted), body.user.get()};
+  return {body.level_set, r.layer, r.sizes, std::move(painted), body.user ? body.user->field.get() : nullptr};
+}
+
+std::string size_text(const Body& body) {
+  if (body.kind != BodyKind::kProfile) return fmt::format("{} voxels", body.level_set.report().active_voxels);
+  const OutlineReport& o = body.outline;
+  return fmt::format("{} of {}", counted(o.points, "point"), counted(o.closed_curves + o.open_curves, "curve"));
 }
 
 void pass_on_warnings(const Body& body, const ResolvedCase* resolved, Progress& progress) {
   static const std::vector<std::string> none;
-  for (const auto* list : {&body.surface.warnings, &body.level_set.report().warnings,
+  for (const auto* list : {&body.surface.warnings, &body.outline.warnings, &body.level_set.report().warnings,
                            resolved != nullptr ? &resolved->warnings : &none})
     for (const std::string& w : *list) progress.warn(w);
 }
+
+namespace {
+
+struct Run {
+  const Body& body;
+  const WallMetric& metric;
+  OutputSet& outputs;
+  StageRecorder& stages;
+  Report& report;
+};
+
+/// Everything from the seed to the files.
+template <int D>
+void make_mesh(const Run& run) {
+  const ResolvedCase& r = run.report.resolved;
+  StageRecorder& stages = run.stages;
+  Report& report = run.report;
+  const Box<D> domain = section<D>(r.sizes.domain);
+
+  stages.stage("seed");
+  Mesh<D> mesh = make_seed<D>(domain, r.sizes.h1, r.c.seed);
+  stages.done(fmt::format("{} cells", mesh.cells.size()));
+
+  stages.stage("adapt");
+  std::vector<Metric<D>> vertex_metric;
+  report.adapt =
+      adapt<D>(mesh, Homotopy<D>(run.metric), vertex_metric, adapt_options(r, run.body), &stages);
+  stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
+
+  stages.stage("check");
+  report.validation = require_valid<D>(mesh, domain);
+  report.score = score<D>(mesh, vertex_metric);
+  stages.done(fmt::format("valid, {:.1f} % unit edges, worst quality {:.3g}", 100.0 * report.score.unit_share,
+                          report.score.quality_min));
+
+  stages.stage("fields");
+  add_point_fields<D>(mesh, run.metric, vertex_metric);
+  report.levels = fit_levels(r.layer, mesh.point_fields.front().values);
+  add_cell_fields<D>(mesh, run.metric, vertex_metric);
+  stages.done(
+      fmt::format("{} point and {} cell fields", mesh.point_fields.size(), mesh.cell_fields.size() + 1));
+
+  stages.stage("write");
+  write_outputs<D>({mesh, vertex_metric, run.metric, run.body, r}, run.outputs, stages);
+  report_mesh<D>(report, mesh);
+}
+
+}  // namespace
 
 Report run_case(const Case& c, Progress* progress) {
   const ThreadLimit limit(c.threads);
@@ -278,9 +402,8 @@ Report run_case(const Case& c, Progress* progress) {
   Report report;
   report.resolved = resolve_case(c, body);
   const ResolvedCase& r = report.resolved;
-  stages.done(fmt::format("{} voxels, {} layers from h_min {:.3g} to {:.3g}",
-                          body.level_set.report().active_voxels, r.layer.layers, r.layer.h_min,
-                          r.layer.top()));
+  stages.done(fmt::format("{}, {} layers from h_min {:.3g} to {:.3g}", size_text(body), r.layer.layers,
+                          r.layer.h_min, r.layer.top()));
 
   stages.stage("plan");
   report.expected_cells = fit_to_target(report.resolved, body, &stages).cells;
@@ -289,34 +412,16 @@ Report run_case(const Case& c, Progress* progress) {
   pass_on_warnings(body, &r, stages);
   stages.done(fmt::format("about {:.2g} cells", report.expected_cells));
 
-  stages.stage("seed");
-  Mesh<3> mesh = make_seed<3>(r.sizes.domain, r.sizes.h1, r.c.seed);
-  stages.done(fmt::format("{} cells", mesh.cells.size()));
-
-  stages.stage("adapt");
-  std::vector<Metric<3>> vertex_metric;
-  report.adapt = adapt<3>(mesh, Homotopy(metric), vertex_metric, adapt_options(r, body), &stages);
-  stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
-
-  stages.stage("check");
-  report.validation = require_valid<3>(mesh, r.sizes.domain);
-  report.score = score<3>(mesh, vertex_metric);
-  stages.done(fmt::format("valid, {:.1f} % unit edges, worst quality {:.3g}", 100.0 * report.score.unit_share,
-                          report.score.quality_min));
-
-  stages.stage("fields");
-  add_point_fields(mesh, metric, vertex_metric);
-  report.levels = fit_levels(r.layer, mesh.point_fields.front().values);
-  add_cell_fields(mesh, metric, vertex_metric);
-  stages.done(
-      fmt::format("{} point and {} cell fields", mesh.point_fields.size(), mesh.cell_fields.size() + 1));
-
-  stages.stage("write");
-  write_outputs({mesh, vertex_metric, metric, body, r}, outputs, stages);
+  const Run run{body, metric, outputs, stages, report};
+  if (body.planar()) {
+    make_mesh<2>(run);
+  } else {
+    make_mesh<3>(run);
+  }
   if (with_case) outputs.write_text(resolved_case_path(c), case_text(r.c));
   stages.done(fmt::format("{} files", outputs.targets().size()));
 
-  finish_report(report, body, mesh, outputs, stages);
+  finish_report(report, body, outputs, stages);
   if (c.report) outputs.write_text(*c.report, report_json(report));
   stages.check_cancelled();
   outputs.commit();

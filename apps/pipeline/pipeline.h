@@ -10,22 +10,32 @@
 #include "apps/pipeline/report.h"
 #include "core/progress.h"
 #include "core/wall_metric.h"
-#include "mesh/background.h"
 #include "vdb/level_set.h"
 #include "vdb/size_grid.h"
 
 namespace lamina {
 
+/// The metric of --metric.
+struct UserMetric {
+  std::shared_ptr<const MetricField<3>> field;
+  Box<3> bounds;
+  double smallest = 0.0;  ///< size
+};
+
 /// A body made ready: level set and what the intake found.
 struct Body {
   LevelSet level_set;
-  SurfaceReport surface;  ///< empty for .vdb input
-  bool from_vdb = false;
+  BodyKind kind = BodyKind::kSurface;
+  SurfaceReport surface = {};  ///< of a surface
+  OutlineReport outline = {};  ///< of a profile
   std::vector<SizeGrid> painted = {};                    ///< --size-grid
-  std::shared_ptr<const BackgroundMetric<3>> user = {};  ///< --metric
+  std::optional<UserMetric> user = {};                   ///< --metric
+
+  /// A plane body: the mesh is one of triangles, boxes are endless in z.
+  [[nodiscard]] bool planar() const { return kind == BodyKind::kProfile; }
 };
 
-/// Reads .stl/.obj/.ply/.vdb, applies the unit, cleans, builds the level set.
+/// Reads .stl/.obj/.ply/.vdb or a profile, applies the unit, cleans, builds the level set.
 Body load_body(const Case& c, Progress* progress);
 
 /// Metric of a resolved case. REQUIRES body to outlive it.
@@ -33,6 +43,9 @@ WallMetric wall_metric(const Body& body, const ResolvedCase& r);
 
 /// Fills every default of the case that depends on the body (length, layers, boxes, sizes) and checks it.
 ResolvedCase resolve_case(const Case& c, const Body& body);
+
+/// "120 voxels", or of a profile "64 points of 1 curve".
+std::string size_text(const Body& body);
 
 /// Hands on what was said of the body and of the case, which may be null.
 void pass_on_warnings(const Body& body, const ResolvedCase* resolved, Progress& progress);

@@ -9,6 +9,8 @@
 
 #include "apps/pipeline/detail/json.h"
 #include "apps/pipeline/detail/quadrature.h"
+#include "apps/pipeline/text.h"
+#include "core/planar.h"
 
 namespace lamina {
 namespace {
@@ -33,14 +35,16 @@ std::vector<Spot> costly_spots(const std::map<detail::Cell, detail::Cost>& costs
 
 Prediction predict(const WallMetric& metric, Progress* progress, double leaves_across) {
   const detail::Sums sums = detail::integrate_density(metric, leaves_across, progress);
+  const int D = dimension_of(metric.sizes().domain);
+  const double per_complexity = D == 2 ? kTrianglesPerComplexity : kCellsPerComplexity;
   Prediction p;
   for (std::size_t i = 0; i < 4; ++i) {
     p.complexity += sums.complexity[i];
     p.region_complexity[i] = sums.complexity[i];
-    p.region_cells[i] = kCellsPerComplexity * sums.complexity[i] * std::exp(3.0 * sums.excess(i));
+    p.region_cells[i] = per_complexity * sums.complexity[i] * std::exp(D * sums.excess(i));
     p.cells += p.region_cells[i];
   }
-  p.points = p.cells / kCellsPerPoint;
+  p.points = p.cells / (D == 2 ? 2.0 : kCellsPerPoint);
   p.spots = costly_spots(sums.costs, p.cells / std::max(p.complexity, 1e-300));
   p.gap = sums.gap;
   p.thickness = sums.thickness;
@@ -69,7 +73,7 @@ std::vector<std::string> limits_of_input(const ResolvedCase& r, const Body& body
                     body.surface.facet_sag, body.surface.facet_sag / h_min));
   constexpr double kFineVoxel = 100.0;  // of h_min: a spline through smooth values is that good
   const double voxel = body.level_set.report().voxel;
-  if (body.from_vdb && voxel > kFineVoxel * h_min)
+  if (body.kind == BodyKind::kVdb && voxel > kFineVoxel * h_min)
     out.push_back(
         fmt::format("a voxel of {:.3g} is {:.3g} times h_min: what the body has below a voxel is not in the "
                     "grid; resample it finer, or raise --hmin",
@@ -119,16 +123,12 @@ Prediction fit_to_target(ResolvedCase& r, const Body& body, Progress* progress) 
 
 std::string plan_text(const ResolvedCase& r, const Prediction& p) {
   const BoundaryLayer& b = r.layer;
-  const auto box = [](const Box<3>& x) {
-    return fmt::format("{:g} {:g} {:g}  {:g} {:g} {:g}", x.lo[0], x.lo[1], x.lo[2], x.hi[0], x.hi[1],
-                       x.hi[2]);
-  };
   std::string out = fmt::format(
       "Re {:g}  L {:g}  C_F {}\nh_min {:.6g}  delta {:.6g}  {} layers of growth {:g}, top at {:.6g}\n"
       "h2 {:g} in Box2 {}\nh1 {:g} in domain {}\n\n layer       height         size\n",
       b.reynolds, b.length,
       b.skin_friction > 0.0 ? fmt::format("{:.4g}", b.skin_friction) : "not used (h_min given)", b.h_min,
-      b.delta, b.layers, b.growth, b.top(), r.sizes.h2, box(r.sizes.box2), r.sizes.h1, box(r.sizes.domain));
+      b.delta, b.layers, b.growth, b.top(), r.sizes.h2, box_text(r.sizes.box2), r.sizes.h1, box_text(r.sizes.domain));
   for (int k = 1; k <= b.layers; ++k)
     out += fmt::format("{:>6} {:>12.6g} {:>12.6g}\n", k, b.level(k), b.h_min * std::pow(b.growth, k - 1));
   const auto row = [&](const char* name, double n) {

@@ -37,8 +37,9 @@ struct LevelFit {
 struct Report : RunOutcome {
   std::string version;
   ResolvedCase resolved;
-  bool from_vdb = false;
-  SurfaceReport surface;  ///< empty for a .vdb body
+  BodyKind kind = BodyKind::kSurface;
+  SurfaceReport surface;  ///< of a surface
+  OutlineReport outline;  ///< of a profile
   LevelSetReport level_set;
   std::array<std::int64_t, 4> region_cells{};  ///< cells with their centroid in each Region
   std::int64_t points = 0, facets = 0;

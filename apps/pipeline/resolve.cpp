@@ -9,6 +9,7 @@
 #include "apps/pipeline/pipeline.h"
 #include "apps/pipeline/text.h"
 #include "core/error.h"
+#include "core/planar.h"
 
 namespace lamina {
 namespace {
@@ -19,16 +20,42 @@ constexpr double kH1PerH2 = 10.0;
 constexpr double kH1PerSide = 0.25;
 constexpr double kBox2Deltas = 2.0, kBox2Extents = 0.25;
 
-std::string box_text(const Box<3>& b) {
-  return fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}", b.lo[0], b.lo[1], b.lo[2], b.hi[0], b.hi[1],
-                     b.hi[2]);
+/// The box of a plane body goes on forever in z.
+Box<3> as_domain(const Box<3>& b, bool planar) {
+  return planar ? endless(b.lo.head<2>(), b.hi.head<2>()) : b;
 }
 
-Box<3> default_domain(const Box<3>& body, double extent) {
+Box<3> default_domain(const Box<3>& body, double extent, bool planar) {
   Box<3> d = body;
   d.lo -= extent * Vec3(kUpstream, kSideways, kSideways);
   d.hi += extent * Vec3(kDownstream, kSideways, kSideways);
-  return d;
+  return as_domain(d, planar);
+}
+
+/// Boxes, faces and planes must be those of a plane body, or of one in space.
+void check_dimension(const Case& c, bool planar) {
+  const auto check = [&](const std::string& option, const Box<3>& box) {
+    if (is_planar(box) == planar) return;
+    throw Error(ErrorCode::kUsage,
+                fmt::format("{} {}: {} is a body {}: give {}", option, box_text(box), c.body.string(),
+                            planar ? "of the plane" : "in space",
+                            planar ? "x0 y0 x1 y1" : "x0 y0 z0 x1 y1 z1"));
+  };
+  if (c.domain) check("--domain", *c.domain);
+  if (c.box2) check("--box2", *c.box2);
+  for (const SizedBox& b : c.boxes) check("--box " + b.name, b.box);
+  if (!planar) return;
+  for (const std::size_t face : {4u, 5u})
+    if (c.walls[face])
+      throw Error(ErrorCode::kUsage, fmt::format("--wall {}: {} is a body of the plane: its domain has x-, "
+                                                 "x+, y- and y+",
+                                                 kFaceNames[face], c.body.string()));
+  const Plane usual;
+  const bool moved = c.picture_plane.axis != usual.axis || c.picture_plane.offset != usual.offset;
+  if (moved && (c.picture_plane.axis != 2 || c.picture_plane.offset != 0.0))
+    throw Error(ErrorCode::kUsage, fmt::format("--picture-plane {}: {} is a body of the plane, which is drawn "
+                                               "whole: leave it out",
+                                               plane_text(c.picture_plane), c.body.string()));
 }
 
 Box<3> cut(const Box<3>& a, const Box<3>& b) { return {a.lo.cwiseMax(b.lo), a.hi.cwiseMin(b.hi)}; }
@@ -52,10 +79,11 @@ void check_domain(ResolvedCase& r, const WallField& wall, const std::string& nam
     if (r.body_bounds.lo[axis] < domain.lo[axis]) faces.push_back(fmt::format("{}-", "xyz"[axis]));
     if (r.body_bounds.hi[axis] > domain.hi[axis]) faces.push_back(fmt::format("{}+", "xyz"[axis]));
   }
-  if (faces.size() == 6) {
+  if (static_cast<int>(faces.size()) == 2 * dimension_of(domain)) {
     // The wall may pass around the domain without meeting it: a hollow body, or one that swallows the domain.
     const double depth = wall.phi(domain.center());
-    if (std::abs(depth) > 0.5 * domain.diagonal())
+    const double diagonal = is_planar(domain) ? section<2>(domain).diagonal() : domain.diagonal();
+    if (std::abs(depth) > 0.5 * diagonal)
       throw Error(ErrorCode::kDomain,
                   fmt::format("the domain ({}) lies wholly {} the body {}; check --domain and --unit",
                               box_text(domain), depth < 0.0 ? "inside" : "in a hollow of", name));
@@ -80,7 +108,7 @@ void resolve_box2(ResolvedCase& r, double extent) {
   } else {
     const double margin =
         c.box2_margin.value_or(std::max(kBox2Deltas * r.layer.delta, kBox2Extents * extent));
-    c.box2 = cut(r.body_bounds.padded(margin), domain);
+    c.box2 = cut(as_domain(r.body_bounds.padded(margin), is_planar(domain)), domain);
     if (!meet(*c.box2, domain))
       throw Error(ErrorCode::kDomain,
                   fmt::format("no Box2 of margin {:g} fits into the domain ({}); give --box2", margin,
@@ -128,9 +156,9 @@ void resolve_sizes(ResolvedCase& r, double extent) {
 }
 
 void check_user_sizes(ResolvedCase& r, const Body& body) {
-  if (body.user && !meet(body.user->bounds(), r.sizes.domain))
+  if (body.user && !meet(body.user->bounds, r.sizes.domain))
     r.warnings.push_back(
-        fmt::format("the mesh of --metric ({}) lies outside the domain", box_text(body.user->bounds())));
+        fmt::format("the mesh of --metric ({}) lies outside the domain", box_text(body.user->bounds)));
   for (const SizeGrid& p : body.painted) {
     const auto [least, most] = p.range();
     if (!meet(p.bounds(), r.sizes.domain))
@@ -152,6 +180,7 @@ ResolvedCase resolve_case(const Case& given, const Body& body) {
   ResolvedCase r;
   r.c = given;
   Case& c = r.c;
+  check_dimension(c, body.planar());
   r.body_bounds = body.level_set.bounds();
   const double extent = r.body_bounds.size().maxCoeff();
   if (!(extent > 0.0))
@@ -162,13 +191,14 @@ ResolvedCase resolve_case(const Case& given, const Body& body) {
   c.flow.h_min = r.layer.h_min;
   c.flow.delta = r.layer.delta;
   c.flow.layers = r.layer.layers;
-  if (!body.from_vdb) c.level_set.voxel = body.level_set.report().voxel;
-  r.sizes.domain = c.domain.value_or(default_domain(r.body_bounds, extent));
+  if (body.kind != BodyKind::kVdb) c.level_set.voxel = body.level_set.report().voxel;
+  r.sizes.domain = c.domain.value_or(default_domain(r.body_bounds, extent, body.planar()));
   c.domain = r.sizes.domain;
   check_domain(r, body.level_set, given.body.string());
   resolve_box2(r, extent);
   resolve_sizes(r, extent);
   check_user_sizes(r, body);
+  if (body.planar()) c.picture_plane = {.axis = 2, .offset = 0.0};
   if (!c.picture_window && c.picture) {
     const int u = c.picture_plane.axis == 0 ? 1 : 0, v = c.picture_plane.axis == 2 ? 1 : 2;
     const Box<3>& b = r.sizes.box2;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "core/planar.h"
+
 namespace lamina {
 namespace {
 
@@ -77,6 +79,17 @@ std::string wrapped(std::string_view text, std::size_t width, std::string_view i
     first = false;
   }
   return out;
+}
+
+std::vector<double> box_numbers(const Box<3>& b) {
+  if (is_planar(b)) return {b.lo[0], b.lo[1], b.hi[0], b.hi[1]};
+  return {b.lo[0], b.lo[1], b.lo[2], b.hi[0], b.hi[1], b.hi[2]};
+}
+
+std::string box_text(const Box<3>& box) {
+  std::vector<std::string> words;
+  for (const double x : box_numbers(box)) words.push_back(fmt::format("{:.6g}", x));
+  return join(words, " ");
 }
 
 std::string join(const std::vector<std::string>& words, std::string_view separator) {

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/types.h"
+
 namespace lamina {
 
 /// The candidate within a third of its length (at least 2 edits: insert, delete, replace, swap neighbours)
@@ -25,6 +27,11 @@ std::optional<double> parse_number(std::string_view text);
 /// where the first one starts.
 std::string wrapped(std::string_view text, std::size_t width, std::string_view indent,
                     std::size_t column = 0);
+
+/// Lower corner, then the upper one: four numbers where the box is one of the plane (core/planar.h).
+std::vector<double> box_numbers(const Box<3>& box);
+/// The same in words: "0 0 0 1 1 1".
+std::string box_text(const Box<3>& box);
 
 /// "a, b, c".
 std::string join(const std::vector<std::string>& words, std::string_view separator = ", ");

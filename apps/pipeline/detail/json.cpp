@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "apps/pipeline/text.h"
+
 namespace lamina {
 namespace {
 
@@ -17,7 +19,7 @@ Json bin(double from, std::optional<double> to, std::int64_t count) {
 
 Json to_json(const Vec3& x) { return {x[0], x[1], x[2]}; }
 
-Json to_json(const Box<3>& box) { return {box.lo[0], box.lo[1], box.lo[2], box.hi[0], box.hi[1], box.hi[2]}; }
+Json to_json(const Box<3>& box) { return box_numbers(box); }
 
 Json to_json(const Score& s) {
   Json lengths = Json::array(), qualities = Json::array();
@@ -101,6 +103,12 @@ Json to_json(const SurfaceInspection& i) {
            {{"smallest_h_min", i.smallest_h_min},
             {"per_h_min", i.sag_per_h_min ? Json(*i.sag_per_h_min) : Json()},
             {"meaning", i.sag_words}}}};
+}
+
+Json to_json(const OutlineReport& o) {
+  return {{"points_read", o.points_read}, {"points", o.points},         {"closed_curves", o.closed_curves},
+          {"open_curves", o.open_curves}, {"duplicates", o.duplicates}, {"turned", o.turned},
+          {"warnings", o.warnings}};
 }
 
 Json to_json(const LevelSetReport& r) {

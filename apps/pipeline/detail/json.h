@@ -8,6 +8,7 @@
 #include "mesh/score.h"
 #include "mesh/validate.h"
 #include "vdb/inspect.h"
+#include "vdb/outline.h"
 #include "vdb/surface.h"
 
 namespace lamina {
@@ -15,11 +16,12 @@ namespace lamina {
 using Json = nlohmann::ordered_json;
 
 Json to_json(const Vec3& x);
-/// [x0, y0, z0, x1, y1, z1].
+/// [x0, y0, z0, x1, y1, z1], of a box of the plane [x0, y0, x1, y1].
 Json to_json(const Box<3>& box);
 Json to_json(const Score& score);
 Json to_json(const Validation& validation);
 Json to_json(const SurfaceReport& surface);
+Json to_json(const OutlineReport& outline);
 Json to_json(const SurfaceInspection& inspection);
 Json to_json(const LevelSetReport& level_set);
 Json to_json(const BoundaryLayer& layer);

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/planar.h"
 
 namespace lamina::detail {
 namespace {
@@ -33,18 +34,28 @@ constexpr double kNearRatio = 0.5;  // half diagonal of a leaf against its dista
 constexpr int kRootCells = 6;       // of the octree, along the domain's longest side
 constexpr int kRayIntervals = 6;    // on each side of the wall, within the layer
 
+template <int D>
 struct Leaf {
-  Vec3 center;
-  Vec3 half;  // half sizes
+  Vec<D> center;
+  Vec<D> half;  // half sizes
+
+  [[nodiscard]] double volume() const { return (2.0 * half).prod(); }
 };
 
+/// sqrt(det M) of the section that is meshed.
+template <int D>
+double density(const WallSample& s) {
+  return section<D>(s.metric).sqrt_det();
+}
+
 /// What the metric asks for at a sample beyond the plain layers over a flat wall.
+template <int D>
 Cause cause_of(const WallMetric& metric, const WallSample& s) {
   const WallPoint& w = s.wall;
   if (w.feature == WallFeature::kCorner) return Cause::kCorner;
   if (w.feature == WallFeature::kEdge) return Cause::kSharpEdge;
-  const double plain = 1.0 / (s.hn * s.ht1 * s.ht2);
-  const bool more = s.metric.sqrt_det() > 2.0 * plain;
+  const double plain = 1.0 / (s.hn * s.ht1 * (D == 3 ? s.ht2 : 1.0));
+  const bool more = density<D>(s) > 2.0 * plain;
   const double widest = std::max(s.ht1, s.ht2);
   if (more && w.corner_distance < widest) return Cause::kCorner;
   if (more && w.edge_distance < widest) return Cause::kSharpEdge;
@@ -68,15 +79,21 @@ std::uint64_t point_id(const Vec3& x) {
   return id ^ (id >> 32);
 }
 
-/// A direction, uniform on the sphere, a function of the point alone.
-Vec3 direction_at(const Vec3& x) {
+/// A direction, uniform on the sphere or circle, a function of the point alone.
+template <int D>
+Vec<D> direction_at(const Vec3& x) {
   const std::uint64_t id = point_id(x);
+  if constexpr (D == 2) {
+    const double angle = 2.0 * std::numbers::pi * uniform(id, 1);
+    return {std::cos(angle), std::sin(angle)};
+  }
   const double z = 2.0 * uniform(id, 0) - 1.0, angle = 2.0 * std::numbers::pi * uniform(id, 1);
   const double r = std::sqrt(std::max(0.0, 1.0 - z * z));
-  return {r * std::cos(angle), r * std::sin(angle), z};
+  return Vec3(r * std::cos(angle), r * std::sin(angle), z).head<D>();
 }
 
 /// Adds samples of a metric to sums.
+template <int D>
 class Sampler {
  public:
   explicit Sampler(const WallMetric& metric)
@@ -84,7 +101,7 @@ class Sampler {
 
   [[nodiscard]] const WallMetric& metric() const { return metric_; }
   void add(Sums& sums, const Vec3& x, const WallSample& s, double weight) const {
-    const double c = weight * s.metric.sqrt_det();
+    const double c = weight * density<D>(s);
     const auto region = static_cast<std::size_t>(s.region);
     ++sums.evaluations;
     sums.complexity[region] += c;
@@ -93,7 +110,7 @@ class Sampler {
       return;  // far leaves are no places, they are wide
     const Eigen::Vector3i at = ((x - metric_.wall().bounds().lo) / cell_).array().floor().cast<int>();
     Cost& cost = sums.costs[{at[0], at[1], at[2]}];
-    cost.by_cause[static_cast<std::size_t>(cause_of(metric_, s))] += c;
+    cost.by_cause[static_cast<std::size_t>(cause_of<D>(metric_, s))] += c;
     cost.moment += c * x;
   }
   /// Looks for a wall on the other side of x.
@@ -115,8 +132,9 @@ class Sampler {
 
   /// The edge in a random direction whose middle is x and whose length there is 1.
   void measure_edge(Sums& sums, std::size_t region, const Vec3& x, const Metric<3>& m, double weight) const {
-    const Vec3 edge = m.factor().triangularView<Eigen::Upper>().solve(direction_at(x));
-    const Vec3 a = x - 0.5 * edge, b = x + 0.5 * edge;
+    const Vec<D> edge =
+        section<D>(m).factor().template triangularView<Eigen::Upper>().solve(direction_at<D>(x));
+    const Vec3 a = x - 0.5 * in_space<D>(edge), b = x + 0.5 * in_space<D>(edge);
     const Box<3>& domain = metric_.sizes().domain;
     if (!domain.contains(a) || !domain.contains(b)) return;
     sums.evaluations += 2;
@@ -128,27 +146,33 @@ class Sampler {
   double cell_;
 };
 
-std::vector<Leaf> roots(const Box<3>& domain) {
-  const Vec3 size = domain.size();
+template <int D>
+std::vector<Leaf<D>> roots(const Box<D>& domain) {
+  const Vec<D> size = domain.size();
   const double target = size.maxCoeff() / kRootCells;
-  const Eigen::Vector3i n = (size / target).array().ceil().max(1.0).cast<int>();
-  const Vec3 cell = size.array() / n.cast<double>().array();
-  std::vector<Leaf> out;
-  for (int k = 0; k < n[2]; ++k)
-    for (int j = 0; j < n[1]; ++j)
-      for (int i = 0; i < n[0]; ++i)
-        out.push_back({domain.lo + cell.cwiseProduct(Vec3(i + 0.5, j + 0.5, k + 0.5)), 0.5 * cell});
+  const Eigen::Matrix<int, D, 1> n = (size / target).array().ceil().max(1.0).template cast<int>();
+  const Vec<D> cell = size.array() / n.template cast<double>().array();
+  std::vector<Leaf<D>> out;
+  for (int id = 0; id < n.prod(); ++id) {
+    Vec<D> at;
+    for (int i = 0, rest = id; i < D; rest /= n[i++]) at[i] = rest % n[i] + 0.5;
+    out.push_back({domain.lo + cell.cwiseProduct(at), 0.5 * cell});
+  }
   return out;
 }
 
-Leaf octant(const Leaf& leaf, int child) {
-  const Vec3 half = 0.5 * leaf.half;
-  const Vec3 sign((child & 1) != 0 ? 1 : -1, (child & 2) != 0 ? 1 : -1, (child & 4) != 0 ? 1 : -1);
+/// Half of it in every direction, by the bits of `child` in [0, 2^D).
+template <int D>
+Leaf<D> octant(const Leaf<D>& leaf, int child) {
+  const Vec<D> half = 0.5 * leaf.half;
+  Vec<D> sign;
+  for (int i = 0; i < D; ++i) sign[i] = (child >> i & 1) != 0 ? 1.0 : -1.0;
   return {leaf.center + half.cwiseProduct(sign), half};
 }
 
-std::vector<Leaf> octree(const WallMetric& metric, double smallest, const Progress* progress) {
-  std::vector<Leaf> leaves, level = roots(metric.sizes().domain);
+template <int D>
+std::vector<Leaf<D>> octree(const WallMetric& metric, double smallest, const Progress* progress) {
+  std::vector<Leaf<D>> leaves, level = roots<D>(section<D>(metric.sizes().domain));
   while (!level.empty()) {
     if (progress != nullptr) progress->check_cancelled();
     std::vector<char> split(level.size());
@@ -156,17 +180,17 @@ std::vector<Leaf> octree(const WallMetric& metric, double smallest, const Progre
         level.size(),
         [&](std::size_t i) {
           const double radius = level[i].half.norm();
-          const double distance = metric.wall().distance(level[i].center, 0.0);
+          const double distance = metric.wall().distance(in_space<D>(level[i].center), 0.0);
           split[i] = 2.0 * level[i].half.maxCoeff() > smallest && radius > kNearRatio * distance ? 1 : 0;
         },
         64);
-    std::vector<Leaf> next;
+    std::vector<Leaf<D>> next;
     for (std::size_t i = 0; i < level.size(); ++i) {
       if (split[i] == 0) {
         leaves.push_back(level[i]);
         continue;
       }
-      for (int child = 0; child < 8; ++child) next.push_back(octant(level[i], child));
+      for (int child = 0; child < 1 << D; ++child) next.push_back(octant<D>(level[i], child));
     }
     level = std::move(next);
   }
@@ -189,6 +213,7 @@ std::vector<double> ray_levels(const BoundaryLayer& layer, double band) {
   return t;
 }
 
+template <int D>
 struct Ray {
   WallPoint wall;  ///< of the point that the ray was drawn for
   Vec3 direction;  ///< into the fluid
@@ -204,7 +229,7 @@ struct Ray {
   [[nodiscard]] double swept(double t) const {
     if (foot == WallFeature::kEdge) return std::abs(t);
     if (foot == WallFeature::kCorner) return t * t;
-    return std::max(0.0, (1.0 + curvature(wall.k1) * t) * (1.0 + curvature(wall.k2) * t));
+    return std::max(0.0, (1.0 + curvature(wall.k1) * t) * (D == 3 ? 1.0 + curvature(wall.k2) * t : 1.0));
   }
 };
 
@@ -224,8 +249,9 @@ bool same_foot(double distance, double t) {
 
 /// One side (+1 fluid, -1 body) of a ray: adds density and swept volume; returns the latter. All of the ray
 /// has the wall point of the foot, so that only distances are looked up on the way.
-double integrate_side(const Sampler& sampler, const Ray& ray, double side, const std::vector<double>& levels,
-                      Sums& sums) {
+template <int D>
+double integrate_side(const Sampler<D>& sampler, const Ray<D>& ray, double side,
+                      const std::vector<double>& levels, Sums& sums) {
   const WallMetric& metric = sampler.metric();
   const bool drawn_here = side * ray.wall.phi > 0.0;
   double volume = 0.0;
@@ -253,18 +279,19 @@ double integrate_side(const Sampler& sampler, const Ray& ray, double side, const
   return volume;
 }
 
-Sums integrate_ray(const Sampler& sampler, const Vec3& x, const WallPoint& wall,
+template <int D>
+Sums integrate_ray(const Sampler<D>& sampler, const Vec3& x, const WallPoint& wall,
                    const std::vector<double>& levels, double weight) {
   const WallMetric& metric = sampler.metric();
   constexpr double kTiny = 1e-9;  // of the body
-  Ray ray{wall, wall.N, point_id(x), foot_of(wall, kTiny * metric.wall().bounds().diagonal())};
-  if (std::abs(wall.phi) > 1e-12 * metric.sizes().domain.diagonal())
+  Ray<D> ray{wall, wall.N, point_id(x), foot_of(wall, kTiny * metric.wall().bounds().diagonal())};
+  if (std::abs(wall.phi) > 1e-12 * section<D>(metric.sizes().domain).diagonal())
     ray.direction = ((x - wall.closest) / wall.phi).normalized();
   Sums sums;
   double volume = 0.0;
   const bool face = ray.foot == WallFeature::kFace;
-  if (face || wall.phi > 0.0) volume += integrate_side(sampler, ray, 1.0, levels, sums);
-  if (face || wall.phi <= 0.0) volume += integrate_side(sampler, ray, -1.0, levels, sums);
+  if (face || wall.phi > 0.0) volume += integrate_side<D>(sampler, ray, 1.0, levels, sums);
+  if (face || wall.phi <= 0.0) volume += integrate_side<D>(sampler, ray, -1.0, levels, sums);
   if (volume <= 0.0) {  // the ray ends at once: the sample stands for itself
     sampler.add(sums, x, metric.sample(x), weight);
     return sums;
@@ -274,14 +301,15 @@ Sums integrate_ray(const Sampler& sampler, const Vec3& x, const WallPoint& wall,
 }
 
 /// The leaf's column normal to a face of the domain that carries layers, through x.
-Sums integrate_column(const Sampler& sampler, const Leaf& leaf, const Vec3& x, std::size_t face) {
+template <int D>
+Sums integrate_column(const Sampler<D>& sampler, const Leaf<D>& leaf, const Vec3& x, std::size_t face) {
   const WallMetric& metric = sampler.metric();
   const int axis = static_cast<int>(face / 2);
   const Box<3>& domain = metric.sizes().domain;
   const double plane = face % 2 == 0 ? domain.lo[axis] : domain.hi[axis], out = face % 2 == 0 ? 1.0 : -1.0;
   const double near = std::max(0.0, out * (leaf.center[axis] - plane) - leaf.half[axis]);
   const double far = near + 2.0 * leaf.half[axis];
-  const double weight = 8.0 * leaf.half.prod() / (far - near);
+  const double weight = leaf.volume() / (far - near);
   Sums sums;
   double from = near;
   for (int k = 1; from < far; ++k) {
@@ -298,9 +326,10 @@ Sums integrate_column(const Sampler& sampler, const Leaf& leaf, const Vec3& x, s
 }
 
 /// The face of the domain with layers that a leaf touches, or 6.
-std::size_t face_beside(const WallMetric& metric, const Leaf& leaf) {
+template <int D>
+std::size_t face_beside(const WallMetric& metric, const Leaf<D>& leaf) {
   const SizeOptions& o = metric.sizes();
-  for (std::size_t face = 0; face < 6; ++face) {
+  for (std::size_t face = 0; face < std::size_t{2 * D}; ++face) {
     const int axis = static_cast<int>(face / 2);
     const double room = face % 2 == 0 ? leaf.center[axis] - leaf.half[axis] - o.domain.lo[axis]
                                       : o.domain.hi[axis] - leaf.center[axis] - leaf.half[axis];
@@ -312,6 +341,7 @@ std::size_t face_beside(const WallMetric& metric, const Leaf& leaf) {
 /// What a box of a radius around x counts for, per unit of volume and up to a common factor; from the wall
 /// point of x alone, which costs less than the metric. Sizes are those at a height of `height`. Of the ray of
 /// an edge or a corner the swept volume leaves a share of t or t^2, times 4 and 11 for the fan.
+template <int D>
 double guess(const WallMetric& metric, const Vec3& x, const WallPoint& w, double radius, double height,
              double band) {
   const SizeOptions& o = metric.sizes();
@@ -325,11 +355,13 @@ double guess(const WallMetric& metric, const Vec3& x, const WallPoint& w, double
     const double h = std::min(largest, height + rate * std::max(d, radius));
     return d < radius ? h / (1.0 + std::log1p(rate * radius / height)) : h;
   };
-  if (std::abs(w.phi) >= band) return 1.0 / (metric.normal_size(x, w.phi) * o.h2 * o.h2);
+  if (std::abs(w.phi) >= band) return 1.0 / (metric.normal_size(x, w.phi) * o.h2 * (D == 3 ? o.h2 : 1.0));
   const double t = height / band, layers = height / (band * metric.normal_size(x, height));
   const double h1 = chord(w.k1), h2 = chord(w.k2);
   if (w.feature == WallFeature::kCorner) return 11.0 * t * t * layers / (height * height);
-  if (w.feature == WallFeature::kEdge) return 4.0 * t * layers / (height * size(w.corner_distance, o.h2));
+  if (w.feature == WallFeature::kEdge)
+    return 4.0 * t * layers / (height * (D == 3 ? size(w.corner_distance, o.h2) : 1.0));
+  if constexpr (D == 2) return layers / size(w.edge_distance, h1);
   return layers / (size(w.edge_distance, h1) * size(std::max(w.corner_distance, w.edge_distance), h2));
 }
 
@@ -340,71 +372,77 @@ bool beside_edge(const WallPoint& w, double radius, double band) {
 }
 
 /// A point of a leaf and the factor by which it counts more than the leaf's volume.
+template <int D>
 struct Choice {
-  Vec3 x;
+  Vec<D> x;
   double factor = 1.0;
 };
 
 /// A point of the leaf. Towards edges and corners it is found by halving: an octant is drawn by what the
 /// octants will count for, until it is small against its distance from them. (On which side of the wall they
 /// lie matters little for that and may cost much to tell.)
-Choice choose(const WallMetric& metric, const Leaf& leaf, WallPoint w, std::size_t index, double height,
-              double band) {
+template <int D>
+Choice<D> choose(const WallMetric& metric, const Leaf<D>& leaf, WallPoint w, std::size_t index, double height,
+                 double band) {
   constexpr double kDoubt = 0.25;  // part of the probability that does not trust the guess
   constexpr std::uint64_t kDepth = 64;
-  Leaf box = leaf;
+  constexpr std::size_t kParts = std::size_t{1} << D;
+  Leaf<D> box = leaf;
   double factor = 1.0;
   for (std::uint64_t depth = 1; depth < kDepth; ++depth) {
     const double radius = box.half.norm();
     if (radius < height || !beside_edge(w, radius, band)) break;
-    std::array<Leaf, 8> octants;
-    std::array<WallPoint, 8> walls;
-    std::array<double, 8> share;
+    std::array<Leaf<D>, kParts> octants;
+    std::array<WallPoint, kParts> walls;
+    std::array<double, kParts> share;
     double sum = 0.0;
-    for (std::size_t i = 0; i < 8; ++i) {
-      octants[i] = octant(box, static_cast<int>(i));
-      walls[i] = metric.wall().at_side(octants[i].center, 1.0);
-      share[i] = guess(metric, octants[i].center, walls[i], 0.5 * radius, height, band);
+    for (std::size_t i = 0; i < kParts; ++i) {
+      octants[i] = octant<D>(box, static_cast<int>(i));
+      const Vec3 center = in_space<D>(octants[i].center);
+      walls[i] = metric.wall().at_side(center, 1.0);
+      share[i] = guess<D>(metric, center, walls[i], 0.5 * radius, height, band);
       sum += share[i];
     }
-    for (double& p : share) p = (1.0 - kDoubt) * p / sum + kDoubt / 8.0;
+    for (double& p : share) p = (1.0 - kDoubt) * p / sum + kDoubt / kParts;
     double left = uniform(index * kDepth + depth, 0);
     std::size_t i = 0;
-    while (i < 7 && left >= share[i]) left -= share[i++];
-    factor *= 0.125 / share[i];
+    while (i + 1 < kParts && left >= share[i]) left -= share[i++];
+    factor /= kParts * share[i];
     box = octants[i];
     w = walls[i];
   }
   const std::uint64_t id = index * kDepth;
   const Vec3 offset(uniform(id, 0), uniform(id, 1), uniform(id, 2));
-  return {box.center + box.half.cwiseProduct(2.0 * offset - Vec3::Ones()), factor};
+  return {box.center + box.half.cwiseProduct(section<D>(Vec3(2.0 * offset - Vec3::Ones()))), factor};
 }
 
-Sums integrate_leaf(const Sampler& sampler, const Leaf& leaf, std::size_t index,
+template <int D>
+Sums integrate_leaf(const Sampler<D>& sampler, const Leaf<D>& leaf, std::size_t index,
                     const std::vector<double>& levels) {
   constexpr std::size_t kDraws = 4;  // beside edges
   const WallMetric& metric = sampler.metric();
   const double band = levels.back();
   const double height = std::min(levels[std::min<std::size_t>(3, levels.size() - 1)], 0.25 * band);
-  const std::size_t face = face_beside(metric, leaf);
-  const WallPoint center = metric.wall().at_side(leaf.center, 1.0);
+  const std::size_t face = face_beside<D>(metric, leaf);
+  const WallPoint center = metric.wall().at_side(in_space<D>(leaf.center), 1.0);
   const std::size_t draws = beside_edge(center, leaf.half.norm(), band) ? kDraws : 1;
   Sums sums;
   for (std::size_t draw = 0; draw < draws; ++draw) {
-    const Choice chosen = choose(metric, leaf, center, index * kDraws + draw, height, band);
+    const Choice<D> chosen = choose<D>(metric, leaf, center, index * kDraws + draw, height, band);
     const double factor = chosen.factor / static_cast<double>(draws);
-    const double weight = factor * 8.0 * leaf.half.prod();
-    const WallSample s = metric.sample(chosen.x);
+    const double weight = factor * leaf.volume();
+    const Vec3 x = in_space<D>(chosen.x);
+    const WallSample s = metric.sample(x);
     Sums one;
     if (std::abs(s.wall.phi) < band) {
-      one = integrate_ray(sampler, chosen.x, s.wall, levels, weight);
+      one = integrate_ray<D>(sampler, x, s.wall, levels, weight);
     } else if (face < 6) {
-      one = integrate_column(sampler, leaf, chosen.x, face);
+      one = integrate_column<D>(sampler, leaf, x, face);
       one.scale(factor);
     } else {
-      sampler.add(one, chosen.x, s, weight);
+      sampler.add(one, x, s, weight);
     }
-    sampler.look_across(one, chosen.x, s.wall);
+    sampler.look_across(one, x, s.wall);
     sums = std::move(sums) + one;
   }
   return sums;
@@ -434,22 +472,32 @@ Sums operator+(Sums a, const Sums& b) {
   return a;
 }
 
-Sums integrate_density(const WallMetric& metric, double leaves_across, const Progress* progress) {
+namespace {
+
+template <int D>
+Sums integrate(const WallMetric& metric, double leaves_across, const Progress* progress) {
   const double smallest = metric.wall().bounds().size().maxCoeff() / leaves_across;
   const double band = 0.5 * smallest;
-  const std::vector<Leaf> leaves = octree(metric, smallest, progress);
+  const std::vector<Leaf<D>> leaves = octree<D>(metric, smallest, progress);
   const std::vector<double> levels = ray_levels(metric.layer(), band);
-  const Sampler sampler(metric);
+  const Sampler<D> sampler(metric);
   return reduce(
       leaves.size(), Sums(),
       [&](std::size_t begin, std::size_t end) {
         Sums part;
         if (progress != nullptr) progress->check_cancelled();
         for (std::size_t i = begin; i < end; ++i)
-          part = std::move(part) + integrate_leaf(sampler, leaves[i], i, levels);
+          part = std::move(part) + integrate_leaf<D>(sampler, leaves[i], i, levels);
         return part;
       },
       [](const Sums& x, const Sums& y) { return x + y; }, 32);
+}
+
+}  // namespace
+
+Sums integrate_density(const WallMetric& metric, double leaves_across, const Progress* progress) {
+  return is_planar(metric.sizes().domain) ? integrate<2>(metric, leaves_across, progress)
+                                          : integrate<3>(metric, leaves_across, progress);
 }
 
 }  // namespace lamina::detail
