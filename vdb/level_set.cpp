@@ -245,7 +245,8 @@ void LevelSet::write(const std::filesystem::path& path, const WallMetric* metric
     return;
   }
   if (const auto* outline = dynamic_cast<const detail::OutlineWall*>(impl_->wall.get())) {
-    outline_grid(*outline, impl_->report.voxel, impl_->half_width_vox).write(path, at, metric != nullptr, painted);
+    outline_grid(*outline, impl_->report.voxel, impl_->half_width_vox)
+        .write(path, at, metric != nullptr, painted);
     return;
   }
   // The values read need not be distances: those written are.

@@ -45,9 +45,8 @@ void drop_repeated(OutlineCurve& curve, double tolerance, OutlineReport& report)
 void check_extent(const OutlineCurve& curve, std::size_t number, double extent, const std::string& name) {
   const std::size_t least = curve.closed ? 3 : 2;
   const auto reject = [&](const char* what) {
-    throw Error(ErrorCode::kSurfaceInvalid,
-                fmt::format("{}: curve {} (at ({:g}, {:g})) {}", name, number + 1, curve.points[0][0],
-                            curve.points[0][1], what));
+    throw Error(ErrorCode::kSurfaceInvalid, fmt::format("{}: curve {} (at ({:g}, {:g})) {}", name, number + 1,
+                                                        curve.points[0][0], curve.points[0][1], what));
   };
   if (curve.points.size() < least)
     reject("has too few different points: remove it, or give two for a sheet and three around a body");
@@ -68,8 +67,9 @@ Outline read_outline(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
   if (extension == ".dat") return detail::parse_aerofoil(file.bytes(), path.string());
   if (is_outline_file(path)) return detail::parse_points(file.bytes(), path.string());
-  throw Error(ErrorCode::kFileUnsupported,
-              fmt::format("{}: profiles are read from .dat, .csv and .txt, not '{}'", path.string(), extension));
+  throw Error(
+      ErrorCode::kFileUnsupported,
+      fmt::format("{}: profiles are read from .dat, .csv and .txt, not '{}'", path.string(), extension));
 }
 
 void write_outline(const std::filesystem::path& path, const Outline& outline, const std::string& title) {

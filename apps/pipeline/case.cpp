@@ -80,8 +80,8 @@ bool fits(const CaseOption& o, std::size_t count) {
 std::vector<std::string> texts_of(const CaseOption& o, const std::vector<std::string>& words) {
   std::vector<std::vector<std::string>> texts;
   for (const std::string& word : words) {
-    const bool starts = texts.empty() || (o.planar_count > 0 ? !parse_number(word).has_value()
-                                                             : fits(o, texts.back().size()));
+    const bool starts = texts.empty() ||
+                        (o.planar_count > 0 ? !parse_number(word).has_value() : fits(o, texts.back().size()));
     if (starts) texts.emplace_back();
     texts.back().push_back(word);
   }

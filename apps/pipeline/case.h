@@ -46,7 +46,7 @@ struct Case {
   std::filesystem::path body;
   LengthUnit unit = LengthUnit::kMetre;
   bool polyline = false, spline = false;  ///< how the points of a profile are joined; neither: by its format
-  std::vector<std::string> size_grids;  ///< "NAME" in the body's .vdb, or "FILE.vdb:NAME"
+  std::vector<std::string> size_grids;    ///< "NAME" in the body's .vdb, or "FILE.vdb:NAME"
   Flow flow;
   std::optional<double> h2, h1, box2_margin, target_cells;
   std::optional<Box<3>> box2, domain;  ///< in two dimensions endless in z, as the boxes below

@@ -211,10 +211,11 @@ CaseOption against(CaseOption o, std::vector<std::string> keys) {
 using Options = std::vector<CaseOption>;
 
 void add_body(Options& o) {
-  o.push_back(bind(
-      typed(real("body", "file", "BODY", "", "", "the body: .stl, .obj, .ply or .vdb; in two dimensions a profile: .dat (an aerofoil), .csv or .txt"),
-            OptionType::kText),
-      [](Case& c) -> Path& { return c.body; }));
+  o.push_back(bind(typed(real("body", "file", "BODY", "", "",
+                              "the body: .stl, .obj, .ply or .vdb; in two dimensions a profile: .dat (an "
+                              "aerofoil), .csv or .txt"),
+                         OptionType::kText),
+                   [](Case& c) -> Path& { return c.body; }));
   o.push_back(bind(choice(real("body", "unit", "--unit", "", "",
                                "unit of the coordinates in the body's file; they are turned into metres (m "
                                "leaves them as they are)"),
@@ -234,18 +235,17 @@ void add_body(Options& o) {
 }
 
 void add_profile(Options& o) {
-  o.push_back(bind(typed(against(real("body", "polyline", "--polyline", "",
-                                      "aerofoils (.dat) are splines, lists of points (.csv, .txt) polylines",
-                                      "the points of a profile are joined by straight lines"),
-                                 {"spline"}),
+  o.push_back(bind(typed(real("body", "polyline", "--polyline", "",
+                              "aerofoils (.dat) are splines, lists of points (.csv, .txt) polylines",
+                              "the points of a profile are joined by straight lines"),
                          OptionType::kFlag),
                    [](Case& c) -> bool& { return c.polyline; }));
-  o.push_back(bind(typed(against(real("body", "spline", "--spline", "", "as for --polyline",
-                                      "the points of a profile are joined by a cubic spline, with corners where "
-                                      "it turns sharply"),
-                                 {"polyline"}),
-                         OptionType::kFlag),
-                   [](Case& c) -> bool& { return c.spline; }));
+  o.push_back(
+      bind(typed(real("body", "spline", "--spline", "", "as for --polyline",
+                      "the points of a profile are joined by a cubic spline, with corners where it turns "
+                      "sharply"),
+                 OptionType::kFlag),
+           [](Case& c) -> bool& { return c.spline; }));
 }
 
 void add_painted(Options& o) {
@@ -372,11 +372,12 @@ void add_sizes(Options& o) {
 }
 
 void add_domain(Options& o) {
-  o.push_back(bind(corners(real("domain", "box", "--domain", "m",
-                                "the body with 2 L before, 4 L behind it in x, and 2 L around it in y and z "
-                                "(L: longest extent)",
-                                "corners x0 y0 z0 x1 y1 z1 of the meshed box, in two dimensions x0 y0 x1 y1")),
-                   [](Case& c) -> optional<Box<3>>& { return c.domain; }));
+  o.push_back(
+      bind(corners(real("domain", "box", "--domain", "m",
+                        "the body with 2 L before, 4 L behind it in x, and 2 L around it in y and z "
+                        "(L: longest extent)",
+                        "corners x0 y0 z0 x1 y1 z1 of the meshed box, in two dimensions x0 y0 x1 y1")),
+           [](Case& c) -> optional<Box<3>>& { return c.domain; }));
 }
 
 void add_level_set(Options& o) {

@@ -110,8 +110,7 @@ void add_point_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector
       [&](std::size_t i) {
         const WallSample s = metric.sample(in_space<D>(mesh.points[i]));
         phi.values[i] = s.wall.phi;
-        for (int k = 0; k < D; ++k)
-          normal.values[D * i + static_cast<std::size_t>(k)] = s.wall.N[k];
+        for (int k = 0; k < D; ++k) normal.values[D * i + static_cast<std::size_t>(k)] = s.wall.N[k];
         hn.values[i] = s.hn;
         ht1.values[i] = s.ht1;
         ht2.values[i] = s.ht2;
@@ -230,6 +229,7 @@ void check_kind(const Case& c, BodyKind kind) {
     refuse(c.polyline, "--polyline", "is for profiles: this is a body in space");
     refuse(c.spline, "--spline", "is for profiles: this is a body in space");
   }
+  refuse(c.polyline && c.spline, "--polyline", "contradicts --spline: give one of them");
   if (kind == BodyKind::kProfile)
     refuse(o.sheets, "--sheet", "is for surfaces: an open curve of a profile is a sheet");
   if (kind == BodyKind::kVdb) {
@@ -332,7 +332,8 @@ WallMetric wall_metric(const Body& body, const ResolvedCase& r) {
 std::string size_text(const Body& body) {
   if (body.kind != BodyKind::kProfile) return fmt::format("{} voxels", body.level_set.report().active_voxels);
   const OutlineReport& o = body.outline;
-  return fmt::format("{} of {}", counted(o.points, "point"), counted(o.closed_curves + o.open_curves, "curve"));
+  return fmt::format("{} of {}", counted(o.points, "point"),
+                     counted(o.closed_curves + o.open_curves, "curve"));
 }
 
 void pass_on_warnings(const Body& body, const ResolvedCase* resolved, Progress& progress) {
@@ -366,8 +367,7 @@ void make_mesh(const Run& run) {
 
   stages.stage("adapt");
   std::vector<Metric<D>> vertex_metric;
-  report.adapt =
-      adapt<D>(mesh, Homotopy<D>(run.metric), vertex_metric, adapt_options(r, run.body), &stages);
+  report.adapt = adapt<D>(mesh, Homotopy<D>(run.metric), vertex_metric, adapt_options(r, run.body), &stages);
   stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
 
   stages.stage("check");

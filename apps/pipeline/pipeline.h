@@ -26,10 +26,10 @@ struct UserMetric {
 struct Body {
   LevelSet level_set;
   BodyKind kind = BodyKind::kSurface;
-  SurfaceReport surface = {};  ///< of a surface
-  OutlineReport outline = {};  ///< of a profile
-  std::vector<SizeGrid> painted = {};                    ///< --size-grid
-  std::optional<UserMetric> user = {};                   ///< --metric
+  SurfaceReport surface = {};           ///< of a surface
+  OutlineReport outline = {};           ///< of a profile
+  std::vector<SizeGrid> painted = {};   ///< --size-grid
+  std::optional<UserMetric> user = {};  ///< --metric
 
   /// A plane body: the mesh is one of triangles, boxes are endless in z.
   [[nodiscard]] bool planar() const { return kind == BodyKind::kProfile; }

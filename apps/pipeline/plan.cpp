@@ -128,7 +128,8 @@ std::string plan_text(const ResolvedCase& r, const Prediction& p) {
       "h2 {:g} in Box2 {}\nh1 {:g} in domain {}\n\n layer       height         size\n",
       b.reynolds, b.length,
       b.skin_friction > 0.0 ? fmt::format("{:.4g}", b.skin_friction) : "not used (h_min given)", b.h_min,
-      b.delta, b.layers, b.growth, b.top(), r.sizes.h2, box_text(r.sizes.box2), r.sizes.h1, box_text(r.sizes.domain));
+      b.delta, b.layers, b.growth, b.top(), r.sizes.h2, box_text(r.sizes.box2), r.sizes.h1,
+      box_text(r.sizes.domain));
   for (int k = 1; k <= b.layers; ++k)
     out += fmt::format("{:>6} {:>12.6g} {:>12.6g}\n", k, b.level(k), b.h_min * std::pow(b.growth, k - 1));
   const auto row = [&](const char* name, double n) {

@@ -36,10 +36,9 @@ Box<3> default_domain(const Box<3>& body, double extent, bool planar) {
 void check_dimension(const Case& c, bool planar) {
   const auto check = [&](const std::string& option, const Box<3>& box) {
     if (is_planar(box) == planar) return;
-    throw Error(ErrorCode::kUsage,
-                fmt::format("{} {}: {} is a body {}: give {}", option, box_text(box), c.body.string(),
-                            planar ? "of the plane" : "in space",
-                            planar ? "x0 y0 x1 y1" : "x0 y0 z0 x1 y1 z1"));
+    throw Error(ErrorCode::kUsage, fmt::format("{} {}: {} is a body {}: give {}", option, box_text(box),
+                                               c.body.string(), planar ? "of the plane" : "in space",
+                                               planar ? "x0 y0 x1 y1" : "x0 y0 z0 x1 y1 z1"));
   };
   if (c.domain) check("--domain", *c.domain);
   if (c.box2) check("--box2", *c.box2);
@@ -53,9 +52,10 @@ void check_dimension(const Case& c, bool planar) {
   const Plane usual;
   const bool moved = c.picture_plane.axis != usual.axis || c.picture_plane.offset != usual.offset;
   if (moved && (c.picture_plane.axis != 2 || c.picture_plane.offset != 0.0))
-    throw Error(ErrorCode::kUsage, fmt::format("--picture-plane {}: {} is a body of the plane, which is drawn "
-                                               "whole: leave it out",
-                                               plane_text(c.picture_plane), c.body.string()));
+    throw Error(ErrorCode::kUsage,
+                fmt::format("--picture-plane {}: {} is a body of the plane, which is drawn "
+                            "whole: leave it out",
+                            plane_text(c.picture_plane), c.body.string()));
 }
 
 Box<3> cut(const Box<3>& a, const Box<3>& b) { return {a.lo.cwiseMax(b.lo), a.hi.cwiseMin(b.hi)}; }

@@ -332,16 +332,14 @@ void require_apart(const std::vector<Path>& paths, const std::string& name) {
                 fmt::format("{}: curve {} {} near ({:g}, {:g}): walls must not touch; move the curves apart, "
                             "or join them into one",
                             name, s.path + 1,
-                            s.path == t.path ? std::string(what)
-                                             : fmt::format("meets curve {}", t.path + 1),
+                            s.path == t.path ? std::string(what) : fmt::format("meets curve {}", t.path + 1),
                             0.5 * (t.a[0] + t.b[0]), 0.5 * (t.a[1] + t.b[1])));
   };
   constexpr double kBack = 1e-7;  // radians
   std::vector<const Chord*> open;
   for (const Chord& s : chords) {
-    if (paths[s.path].arcs[s.arc].straight && std::abs(paths[s.path].joints[s.arc].turn) >
-                                                  std::numbers::pi - kBack &&
-        paths[s.path].closed)
+    if (paths[s.path].arcs[s.arc].straight &&
+        std::abs(paths[s.path].joints[s.arc].turn) > std::numbers::pi - kBack && paths[s.path].closed)
       reject(s, s, "doubles back on itself");
     std::erase_if(open, [&](const Chord* t) { return t->right < s.left; });
     for (const Chord* t : open)

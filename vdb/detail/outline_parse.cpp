@@ -106,8 +106,7 @@ std::vector<Group> groups_of(const std::vector<Line>& lines, std::size_t skip, c
     groups.back().points.push_back(point_of(line, name));
   }
   if (groups.back().points.empty()) groups.pop_back();
-  if (groups.empty())
-    throw Error(ErrorCode::kSurfaceEmpty, fmt::format("{}: holds no points", name));
+  if (groups.empty()) throw Error(ErrorCode::kSurfaceEmpty, fmt::format("{}: holds no points", name));
   return groups;
 }
 
@@ -157,10 +156,11 @@ OutlineCurve aerofoil_of(Group g, const std::string& name) {
   if (g.points.size() < 4)
     reject(name, g.line, fmt::format("{} points are too few for an aerofoil", g.points.size()));
   if (gap_of(g) > kBluntest)
-    reject(name, g.line,
-           fmt::format("the aerofoil does not close: it begins at ({:g}, {:g}) and ends at ({:g}, {:g}); list "
-                       "the points from the trailing edge around the leading edge and back, or as .csv",
-                       g.points.front()[0], g.points.front()[1], g.points.back()[0], g.points.back()[1]));
+    reject(
+        name, g.line,
+        fmt::format("the aerofoil does not close: it begins at ({:g}, {:g}) and ends at ({:g}, {:g}); list "
+                    "the points from the trailing edge around the leading edge and back, or as .csv",
+                    g.points.front()[0], g.points.front()[1], g.points.back()[0], g.points.back()[1]));
   if (g.points.front() == g.points.back()) g.points.pop_back();
   return {.points = std::move(g.points), .closed = true, .smooth = true};
 }

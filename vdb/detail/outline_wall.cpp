@@ -84,7 +84,8 @@ void OutlineWall::find_features(std::size_t first, const Path& path) {
     const double before = std::abs(path.arcs[(i + n - 1) % n].bend(1.0).curvature);
     const double after = std::abs(path.arcs[(i + 1) % n].bend(0.0).curvature);
     const auto falls = [&](double to) { return most > least && most >= kFall * std::abs(to); };
-    const bool jumps = falls(steep == 0 ? before : after) && !path.joints[steep == 0 ? i : path.next_joint(i)].corner;
+    const bool jumps =
+        falls(steep == 0 ? before : after) && !path.joints[steep == 0 ? i : path.next_joint(i)].corner;
     if (!falls(ends[1 - steep].curvature) && !jumps) continue;
     bend[i][steep] = static_cast<Index>(bends_.size());
     bends_.push_back({arc.at(static_cast<double>(steep)), ends[steep].tangent, ends[steep].curvature});

@@ -29,11 +29,11 @@ class OutlineWall : public WallField {
   /// Arcs of all paths in one list.
   struct Piece {
     Arc arc;
-    Index previous, next;    ///< of the same path; kNone beyond the ends of an open one
-    double turn0, turn1;     ///< at its start and its end
+    Index previous, next;  ///< of the same path; kNone beyond the ends of an open one
+    double turn0, turn1;   ///< at its start and its end
     bool corner0, corner1;
-    bool sheet;              ///< of an open path
-    double sheet_side;       ///< of a sheet: +1 in the fluid, -1 within a body
+    bool sheet;                                 ///< of an open path
+    double sheet_side;                          ///< of a sheet: +1 in the fluid, -1 within a body
     std::array<Index, 2> corner{kNone, kNone};  ///< the corners next to it along its path
     std::array<Index, 2> bend{kNone, kNone};    ///< the bends next to it along its path
   };
@@ -68,7 +68,7 @@ class OutlineWall : public WallField {
   std::vector<Corner> corners_;
   std::vector<Bend> bends_;
   Box<3> bounds_;
-  double tiny_ = 0.0;  ///< distances below this have no direction
+  double tiny_ = 0.0;           ///< distances below this have no direction
   Vec3 origin_ = Vec3::Zero();  ///< the tree's coordinates are relative to this
   BoxTree tree_;
 };
