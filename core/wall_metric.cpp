@@ -59,6 +59,7 @@ void check(const BoundaryLayer& layer, const SizeOptions& s, const Box<3>& body)
     reject(ErrorCode::kParameter, fmt::format("--h1 = {:g} must not be below --h2 = {:g}", s.h1, s.h2));
   require_box("--domain", s.domain);
   require_box("--box2", s.box2);
+  if (s.box1) require_box("--box1", *s.box1);
   const Vec3 overlap = s.domain.hi.cwiseMin(body.hi) - s.domain.lo.cwiseMax(body.lo);
   if ((overlap.array() < 0.0).any())
     reject(ErrorCode::kDomain,
@@ -98,13 +99,13 @@ WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const 
       inside_rate_(std::log(sizes.growth_inside)) {
   check(layer_, sizes_, wall.bounds());
   start_ = std::min(sizes_.h2, layer_size(layer_.top()));
-  open_domain_ = sizes_.domain;
+  box1_ = sizes_.box1.value_or(sizes_.domain);
   for (std::size_t face = 0; face < 6; ++face) {
     constexpr double kFarAway = 1e100;
     if (!sizes_.walls[face]) continue;
     has_walls_ = true;
     const int axis = static_cast<int>(face / 2);
-    (face % 2 == 0 ? open_domain_.lo : open_domain_.hi)[axis] = face % 2 == 0 ? -kFarAway : kFarAway;
+    (face % 2 == 0 ? box1_.lo : box1_.hi)[axis] = face % 2 == 0 ? -kFarAway : kFarAway;
   }
 }
 
@@ -134,7 +135,7 @@ double WallMetric::inside_size(double depth) const {
 double WallMetric::far_size(const Vec3& x) const {
   const double d2 = sizes_.box2.outer_distance(x);
   if (d2 <= 0.0) return sizes_.h2;
-  const double h = sizes_.h2 * std::pow(sizes_.h1 / sizes_.h2, d2 / (d2 + open_domain_.inner_distance(x)));
+  const double h = sizes_.h2 * std::pow(sizes_.h1 / sizes_.h2, d2 / (d2 + box1_.inner_distance(x)));
   return std::min(h,
                   sizes_.h2 + rate_ * d2);  // boxes that end close to each other leave no room for that rule
 }

@@ -37,6 +37,7 @@ struct SizeOptions {
   double h2 = 0.0;  ///< largest size in Box2, > h_min
   double h1 = 0.0;  ///< largest size at the border of the domain (Box1), >= h2
   Box<3> domain, box2;
+  std::optional<Box<3>> box1;  ///< where sizes have grown to h1; none: at the border of the domain
   Profile profile = Profile::kLayered;
   double growth_inside = 2.0;    ///< growth per layer inside the body below the mirrored layers, in (1, 4]
   int mirrored_layers = 3;       ///< layers repeated on the inside
@@ -123,7 +124,7 @@ class WallMetric : public MetricField<3> {
   SizeOptions sizes_;
   std::vector<const SizeField*> painted_;
   const MetricField<3>* user_;
-  Box<3> open_domain_;  ///< the domain without its walls: those sides are infinitely far
+  Box<3> box1_;         ///< without walls of the domain: those sides are infinitely far
   double start_ = 0.0;  ///< normal size at the top of the layers
   bool has_walls_ = false;
   double rate_;         ///< growth of sizes per unit of length that keeps to SizeOptions::gradation

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/types.h"
+#include "vdb/surface.h"
 
 namespace lamina {
 
@@ -46,6 +47,12 @@ void write_outline(const std::filesystem::path& path, const Outline& outline, co
 /// hole, one within that solid again. Errors: kSurfaceEmpty (no extent), kSurfaceInvalid for a closed curve
 /// of no area. `name` is used in messages only. Crossing curves are found by LevelSet::from_outline.
 OutlineReport clean(Outline& outline, const std::string& name);
+
+/// The section of a cleaned surface by the plane where coordinate `axis` is `offset`, as chords; its
+/// coordinates are the other two in the order x, y, z. What only touches the plane from below is left out.
+/// `name` is used in messages. Errors: kDomain when the plane misses the surface, kSurfaceInvalid where more
+/// than two facets meet in an edge that it cuts.
+Outline slice(const Surface& surface, int axis, double offset, const std::string& name);
 
 /// Of all points; z is 0.
 Box<3> bounds(const Outline& outline);

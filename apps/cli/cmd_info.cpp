@@ -13,6 +13,7 @@
 #include "mesh/io.h"
 #include "vdb/inspect.h"
 #include "vdb/level_set.h"
+#include "vdb/outline.h"
 #include "vdb/surface_io.h"
 
 namespace lamina::cli {
@@ -104,6 +105,22 @@ Json surface_info(const InfoRequest& request) {
   Json names = Json::array();
   for (const std::string& name : surface.tag_names) names.push_back(name);
   out["groups"] = names;
+  return out;
+}
+
+Json profile_json(const InfoRequest& request) {
+  Outline outline = read_outline(request.file);
+  if (!request.unit.empty())
+    for (OutlineCurve& curve : outline.curves)
+      for (Vec2& x : curve.points) x *= metres_per(request.unit);
+  const OutlineReport report = clean(outline, request.file);
+  const LevelSet wall = LevelSet::from_outline(outline, {}, request.file);
+  Json out = {{"kind", "profile"},
+              {"file", request.file},
+              {"bounds", bounds_json<2>({wall.bounds().lo.head<2>(), wall.bounds().hi.head<2>()})},
+              {"extent", wall.bounds().size().maxCoeff()},
+              {"corners", wall.report().sharp_edges}};
+  out.update(to_json(report));
   return out;
 }
 
@@ -216,13 +233,14 @@ Json file_info(const InfoRequest& request) {
   const std::string& path = request.file;
   check_h_min(request);
   if (is_surface_file(path)) return surface_info(request);
+  if (is_outline_file(path) && !request.h_min) return profile_json(request);
   refuse_surface_options(request);
   if (lower_extension(path) == ".vdb") return vdb_json(path);
   if (is_readable_mesh(path))
     return std::visit([&](const auto& mesh) { return mesh_json(path, mesh); }, read_mesh(path));
   const MappedFile exists(path);  // a missing file or a folder is the better message
   throw Error(ErrorCode::kFileUnsupported,
-              fmt::format("{}: unknown kind of file; known are .stl .obj .ply .vdb {}", path,
+              fmt::format("{}: unknown kind of file; known are .stl .obj .ply .vdb .dat .csv .txt {}", path,
                           readable_mesh_suffixes()));
 }
 
@@ -232,7 +250,7 @@ void add_info(CLI::App& root, Commands& commands) {
   CLI::App* app = root.add_subcommand("info", "What is in a surface, a level set or a mesh file");
   app->footer("Examples:\n  lamina info wing.stl --json\n  lamina info wing.stl --unit mm --hmin 1e-4");
   auto state = std::make_shared<InfoRequest>();
-  app->add_option("FILE", state->file, ".stl .obj .ply .vdb " + readable_mesh_suffixes())->required();
+  app->add_option("FILE", state->file, ".stl .obj .ply .vdb .dat .csv .txt " + readable_mesh_suffixes())->required();
   app->add_flag("--json", state->json, "print JSON");
   app->add_option("--hmin", state->h_min,
                   "surfaces: height of the first layer that the facets are to carry (unit of the file, "

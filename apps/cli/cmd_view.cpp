@@ -40,15 +40,15 @@ const std::vector<std::pair<std::string, WallColor>> kWallColors = {{"curvature"
                                                                     {"reliability", WallColor::kReliability},
                                                                     {"none", WallColor::kPlain}};
 
-/// The top of the layers as the resolved case beside the mesh says; 0 when there is none.
-double layer_top_beside(const std::filesystem::path& mesh) {
+/// The levels of the layers as the resolved case beside the mesh says.
+void set_levels_beside(const std::filesystem::path& mesh, PictureOptions& o) {
   std::filesystem::path path = mesh;
   path.replace_extension(".case.toml");
   std::error_code ec;
-  if (!std::filesystem::is_regular_file(path, ec)) return 0.0;
+  if (!std::filesystem::is_regular_file(path, ec)) return;
   const Case c = read_case(path);
-  if (!c.flow.h_min || !c.flow.layers || !c.flow.length) return 0.0;  // not a resolved case
-  return resolve(c.flow, *c.flow.length).top();
+  if (!c.flow.h_min || !c.flow.layers || !c.flow.length) return;  // not a resolved case
+  set_levels(o, resolve(c.flow, *c.flow.length), SizeOptions{}.mirrored_layers);
 }
 
 template <class Color>
@@ -82,7 +82,10 @@ PictureOptions slice_options(const State& state) {
   o.color = color_of(kColors, state.color);
   o.title = state.title;
   o.width_px = state.width;
-  o.layer_top = state.layer_top ? *state.layer_top : layer_top_beside(state.file);
+  if (state.layer_top)
+    o.layer_top = *state.layer_top;
+  else
+    set_levels_beside(state.file, o);
   if (state.window.empty()) return o;
   const auto w = numbers_of<4>("--window", state.window);
   if (!(w[0] < w[2] && w[1] < w[3]))
@@ -163,7 +166,8 @@ int run(const State& state) {
 void add_view(CLI::App& root, Commands& commands) {
   CLI::App* app = root.add_subcommand("view", "Draw a slice of a mesh, or a body coloured by its curvature");
   app->footer(
-      "Of a mesh the wall is red, the top of the layers blue.\nExamples:\n"
+      "Of a mesh the wall is red, the top of the layers blue, levels far enough apart green, the last layer "
+      "inside orange.\nExamples:\n"
       "  lamina view ahmed.vtu -o ahmed.png --plane y=0 --window -1.2 0 0.4 0.5 --color region --width 1600\n"
       "  lamina view ahmed.stl -o ahmed.png --from 215 25");
   auto state = std::make_shared<State>(*app);

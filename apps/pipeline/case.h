@@ -49,7 +49,7 @@ struct Case {
   std::vector<std::string> size_grids;    ///< "NAME" in the body's .vdb, or "FILE.vdb:NAME"
   Flow flow;
   std::optional<double> h2, h1, box2_margin, target_cells;
-  std::optional<Box<3>> box2, domain;  ///< in two dimensions endless in z, as the boxes below
+  std::optional<Box<3>> box2, box1, domain;  ///< in two dimensions endless in z, as the boxes below
   Profile profile = Profile::kLayered;
   double corner_elements = SizeOptions{}.corner_elements;
   double edge_growth = SizeOptions{}.edge_growth;
@@ -63,7 +63,9 @@ struct Case {
   SeedKind seed = SeedKind::kTetgen;
   Align align = Align::kLayers;
   double quality_floor = 0.1;
-  int threads = 0;  ///< 0: all; the mesh does not depend on it
+  int threads = 0;                ///< 0: all; the mesh does not depend on it
+  std::optional<Plane> slice;     ///< of a body in space: its section is the body of a plane mesh
+  std::optional<double> extrude;  ///< plane meshes are written as one layer of tetrahedra of this height
   std::vector<std::filesystem::path> outputs;
   std::optional<std::filesystem::path> metric_out, levelset_out, report, picture;
   Plane picture_plane;

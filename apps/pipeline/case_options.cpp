@@ -248,6 +248,14 @@ void add_profile(Options& o) {
            [](Case& c) -> bool& { return c.spline; }));
 }
 
+void add_slice(Options& o) {
+  o.push_back(bind(typed(real("body", "slice", "--slice", "", "",
+                              "plane x=VALUE, y=VALUE or z=VALUE (m) that cuts the body: a mesh in two "
+                              "dimensions around the section, with the plane's axes in the order x, y, z"),
+                         OptionType::kText),
+                   [](Case& c) -> optional<Plane>& { return c.slice; }));
+}
+
 void add_painted(Options& o) {
   o.push_back(
       bind(typed(real("body", "size_grids", "--size-grid", "", "",
@@ -320,6 +328,10 @@ void add_sizes(Options& o) {
                                     "distance from the body to the border of Box2"),
                            {"box2"}),
                    [](Case& c) -> optional<double>& { return c.box2_margin; }));
+  o.push_back(bind(corners(real("sizes", "box1", "--box1", "m", "the domain",
+                                "corners of the box at whose border sizes have grown to h1: for domains much "
+                                "larger than the body")),
+                   [](Case& c) -> optional<Box<3>>& { return c.box1; }));
   o.push_back(bind(choice(real("sizes", "profile", "--profile", "", "",
                                "normal size: constant in each layer, or growing continuously"),
                           {"layered", "continuous"}),
@@ -426,6 +438,10 @@ void add_output(Options& o) {
               "beside the first one, as NAME.case.toml"),
           OptionType::kTexts),
       [](Case& c) -> std::vector<Path>& { return c.outputs; }));
+  o.push_back(bind(positive("output", "extrude", "--extrude", "m", "",
+                            "two dimensions: write the mesh as one layer of tetrahedra, each prism cut into "
+                            "three, of this height above z = 0"),
+                   [](Case& c) -> optional<double>& { return c.extrude; }));
   o.push_back(bind(file("metric", "--metric-out", "metric at the vertices to write: .sol or .solb"),
                    [](Case& c) -> optional<Path>& { return c.metric_out; }));
   o.push_back(bind(file("levelset", "--levelset", "level set to write: .vdb"),
@@ -460,6 +476,7 @@ const std::vector<CaseOption>& case_options() {
     Options o;
     add_body(o);
     add_profile(o);
+    add_slice(o);
     add_painted(o);
     add_flow(o);
     add_sizes(o);

@@ -290,6 +290,19 @@ void paint_contour(const Canvas& canvas, const std::vector<Piece>& pieces, doubl
   cairo_stroke(canvas.context());
 }
 
+/// Levels that lie far enough from the one below to be told apart.
+void paint_levels(const Canvas& canvas, const Layout& l, const std::vector<Piece>& pieces,
+                  const PictureOptions& o) {
+  constexpr double kClosest = 4.0;  // pixels
+  const double closest = kClosest * l.unit / l.scale;
+  double last = 0.0;
+  for (const double level : o.levels) {
+    if (level - last >= closest) paint_contour(canvas, pieces, level, kLevelColor, 0.8 * l.unit);
+    last = level;
+  }
+  if (-o.inner >= closest) paint_contour(canvas, pieces, o.inner, kInnerColor, 1.2 * l.unit);
+}
+
 /// 1, 2 or 5 times a power of ten, at most x.
 double round_length(double x) {
   const double power = std::pow(10.0, std::floor(std::log10(x)));
@@ -411,6 +424,7 @@ void draw(const std::filesystem::path& path, const std::vector<SlicePolygon>& po
   cairo_clip(canvas.context());
   paint_fills(canvas, l, pieces, coloring);
   paint_outlines(canvas, l, pieces);
+  paint_levels(canvas, l, pieces, o);
   if (o.layer_top > 0.0) paint_contour(canvas, pieces, o.layer_top, kTopColor, 1.5 * l.unit);
   paint_contour(canvas, pieces, 0.0, kWallColor, 2.0 * l.unit);
   cairo_restore(canvas.context());
@@ -439,6 +453,13 @@ const std::vector<double>& phi_of(const Mesh<D>& mesh) {
 }
 
 }  // namespace
+
+void set_levels(PictureOptions& options, const BoundaryLayer& layer, int mirrored_layers) {
+  options.layer_top = layer.top();
+  options.levels.clear();
+  for (int k = 1; k < layer.layers; ++k) options.levels.push_back(layer.level(k));
+  options.inner = -layer.level(mirrored_layers);
+}
 
 void draw_slice(const std::filesystem::path& path, const Mesh<3>& mesh, const PictureOptions& options) {
   check_options(path, options);

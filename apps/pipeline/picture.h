@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "apps/pipeline/case.h"
 #include "mesh/mesh.h"
@@ -26,9 +27,14 @@ struct PictureOptions {
                ///< (x, y) for planes across x, y, z. DEFAULT: the whole slice
   PictureColor color = PictureColor::kQuality;  ///< kPlain where the mesh lacks the data
   double layer_top = 0.0;                       ///< phi of the blue line; <= 0: none
-  int width_px = 1400;                          ///< in [200, 8000]; the height follows, with equal aspect
-  std::string title;                            ///< empty: none
+  std::vector<double> levels;  ///< phi of green lines, ascending; of those closer than a few pixels none
+  double inner = 0.0;          ///< phi of the orange line, the last layer within the body; >= 0: none
+  int width_px = 1400;         ///< in [200, 8000]; the height follows, with equal aspect
+  std::string title;           ///< empty: none
 };
+
+/// Top, levels and inner layer of a case.
+void set_levels(PictureOptions& options, const BoundaryLayer& layer, int mirrored_layers);
 
 /// Throws kFileUnsupported unless the extension is .png, .svg or .pdf.
 void check_picture_extension(const std::filesystem::path& path);

@@ -18,6 +18,7 @@
 #include "core/planar.h"
 #include "core/words.h"
 #include "mesh/background.h"
+#include "mesh/extrude.h"
 #include "mesh/io.h"
 #include "vdb/surface_io.h"
 
@@ -188,7 +189,7 @@ void write_picture(const fs::path& path, const Mesh<D>& mesh, const ResolvedCase
   PictureOptions options;
   options.plane = r.c.picture_plane;
   options.window = r.c.picture_window;
-  options.layer_top = r.layer.top();
+  set_levels(options, r.layer, r.sizes.mirrored_layers);
   draw_slice(path, mesh, options);
 }
 
@@ -205,9 +206,19 @@ struct Result {
 template <int D>
 void write_outputs(const Result<D>& made, OutputSet& outputs, StageRecorder& stages) {
   const Case& c = made.resolved.c;
-  for (const fs::path& path : c.outputs) {
-    write_mesh<D>(outputs.files(), path, made.mesh);
-    stages.check_cancelled();
+  const auto write = [&](const auto& mesh) {
+    for (const fs::path& path : c.outputs) {
+      write_mesh(outputs.files(), path, mesh);
+      stages.check_cancelled();
+    }
+  };
+  if constexpr (D == 2) {
+    if (c.extrude)
+      write(extrude(made.mesh, *c.extrude));
+    else
+      write(made.mesh);
+  } else {
+    write(made.mesh);
   }
   if (c.metric_out)
     outputs.write(*c.metric_out, [&](const fs::path& p) { write_metric<D>(p, made.vertex_metric); });
@@ -225,7 +236,11 @@ void check_kind(const Case& c, BodyKind kind) {
     if (given) throw Error(ErrorCode::kUsage, fmt::format("{}: {} {}", c.body.string(), option, why));
   };
   const LevelSetOptions& o = c.level_set;
-  if (kind != BodyKind::kProfile) {
+  if (kind == BodyKind::kProfile)
+    refuse(c.slice.has_value(), "--slice", "is for bodies in space: this is a profile");
+  if (kind == BodyKind::kVdb)
+    refuse(c.slice.has_value(), "--slice", "is for surfaces: convert the level set into an .stl first");
+  if (kind != BodyKind::kProfile && !c.slice) {
     refuse(c.polyline, "--polyline", "is for profiles: this is a body in space");
     refuse(c.spline, "--spline", "is for profiles: this is a body in space");
   }
@@ -241,6 +256,15 @@ void check_kind(const Case& c, BodyKind kind) {
   }
 }
 
+Body profile_body(const Case& c, Outline outline) {
+  if (c.polyline || c.spline)
+    for (OutlineCurve& curve : outline.curves) curve.smooth = c.spline;
+  OutlineReport report = clean(outline, c.body.string());
+  return {.level_set = LevelSet::from_outline(outline, c.level_set, c.body.string()),
+          .kind = BodyKind::kProfile,
+          .outline = std::move(report)};
+}
+
 Body load_surface(const Case& c, double scale, Progress* progress) {
   if (!is_surface_file(c.body))
     throw Error(ErrorCode::kFileUnsupported,
@@ -253,6 +277,11 @@ Body load_surface(const Case& c, double scale, Progress* progress) {
     for (Vec3& x : surface.points) x *= scale;
   SurfaceReport report = clean(surface, c.body.string());
   report.warnings.insert(report.warnings.begin(), warnings.begin(), warnings.end());
+  if (c.slice) {
+    Body body = profile_body(c, slice(surface, c.slice->axis, c.slice->offset, c.body.string()));
+    body.surface = std::move(report);
+    return body;
+  }
   return {.level_set = LevelSet::from_surface(std::move(surface), c.level_set, progress),
           .kind = BodyKind::kSurface,
           .surface = std::move(report)};
@@ -260,14 +289,9 @@ Body load_surface(const Case& c, double scale, Progress* progress) {
 
 Body load_profile(const Case& c, double scale) {
   Outline outline = read_outline(c.body);
-  for (OutlineCurve& curve : outline.curves) {
+  for (OutlineCurve& curve : outline.curves)
     for (Vec2& x : curve.points) x *= scale;
-    if (c.polyline || c.spline) curve.smooth = c.spline;
-  }
-  OutlineReport report = clean(outline, c.body.string());
-  return {.level_set = LevelSet::from_outline(outline, c.level_set, c.body.string()),
-          .kind = BodyKind::kProfile,
-          .outline = std::move(report)};
+  return profile_body(c, std::move(outline));
 }
 
 BodyKind kind_of(const fs::path& path) {
@@ -313,7 +337,8 @@ Body load_body(const Case& c, Progress* progress) {
   std::vector<SizeGrid> painted;
   for (const std::string& which : c.size_grids) painted.push_back(load_painted(c, which, scale));
   std::optional<UserMetric> user;
-  if (c.metric) user = kind == BodyKind::kProfile ? load_metric<2>(c) : load_metric<3>(c);
+  const bool planar = kind == BodyKind::kProfile || c.slice.has_value();
+  if (c.metric) user = planar ? load_metric<2>(c) : load_metric<3>(c);
   Body body = kind == BodyKind::kProfile ? load_profile(c, scale)
               : kind == BodyKind::kVdb
                   ? Body{.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress), .kind = kind}

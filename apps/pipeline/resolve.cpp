@@ -42,7 +42,12 @@ void check_dimension(const Case& c, bool planar) {
   };
   if (c.domain) check("--domain", *c.domain);
   if (c.box2) check("--box2", *c.box2);
+  if (c.box1) check("--box1", *c.box1);
   for (const SizedBox& b : c.boxes) check("--box " + b.name, b.box);
+  if (!planar && c.extrude)
+    throw Error(ErrorCode::kUsage,
+                fmt::format("--extrude {:g}: {} is a body in space: leave it out, or cut it with --slice",
+                            *c.extrude, c.body.string()));
   if (!planar) return;
   for (const std::size_t face : {4u, 5u})
     if (c.walls[face])
@@ -145,6 +150,7 @@ void resolve_sizes(ResolvedCase& r, double extent) {
                     r.layer.top_size(), *c.h2));
   r.sizes.h2 = *c.h2;
   r.sizes.h1 = *c.h1;
+  r.sizes.box1 = c.box1;
   r.sizes.profile = c.profile;
   r.sizes.growth_inside = c.growth_inside;
   r.sizes.corner_elements = c.corner_elements;

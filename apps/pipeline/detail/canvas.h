@@ -18,7 +18,8 @@ typedef struct _cairo_surface cairo_surface_t;
 namespace lamina {
 
 inline constexpr Rgb kInkColor = {0.10, 0.11, 0.14}, kWallColor = {0.85, 0.05, 0.08},
-                     kTopColor = {0.08, 0.25, 0.80};
+                     kTopColor = {0.08, 0.25, 0.80}, kLevelColor = {0.10, 0.55, 0.15},
+                     kInnerColor = {0.95, 0.55, 0.05};
 
 /// 0x00RRGGBB.
 std::uint32_t pixel_of(const Rgb& c);
