@@ -58,8 +58,10 @@ TEST(OutlineWall, SplineOfACircleIsOneToFourthOrder) {
     const double step = 2.0 * std::numbers::pi / n;
     EXPECT_LT(distance, std::pow(step, 4) / 300.0);
     EXPECT_LT(curvature, step * step / 5.0);
-    EXPECT_LT(normal, 2e-5);
-    if (before > 0.0) EXPECT_GT(before / distance, 12.0);
+    EXPECT_LT(normal, std::pow(step, 3) / 10.0);
+    if (before > 0.0) {
+      EXPECT_GT(before / distance, 12.0);
+    }
     before = distance;
   }
 }
@@ -90,12 +92,15 @@ TEST(OutlineWall, DistanceIsThatOfBruteForce) {
     for (int i = 0; i < 200; ++i) {
       std::uniform_real_distribution<double> at(0.0, 1.0);
       const Vec3 x = box.lo + Vec3(at(random), at(random), 0.0).cwiseProduct(box.size());
-      double least = 1e300;
+      double least = 1e300, step = 0.0;
       for (const Path& path : paths)
         for (const Arc& arc : path.arcs)
-          for (int k = 0; k <= 200; ++k) least = std::min(least, (arc.at(k / 200.0) - x.head<2>()).norm());
+          for (int k = 0; k <= 200; ++k) {
+            least = std::min(least, (arc.at(k / 200.0) - x.head<2>()).norm());
+            step = std::max(step, arc.slope(k / 200.0).norm() / 200.0);
+          }
       EXPECT_LE(std::abs(wall.phi(x)), least + 1e-14) << name;
-      EXPECT_GE(std::abs(wall.phi(x)), least - 1e-3) << name;
+      EXPECT_GE(std::abs(wall.phi(x)), least - 0.51 * step) << name;
     }
   }
 }
@@ -172,10 +177,10 @@ TEST(OutlineWall, ChordsOfARoundWallHaveItsCurvature) {
   EXPECT_EQ(wall.corners(), 0);
   for (const double t : {0.1, 0.2, 1.0, 3.0}) {
     const Vec3 out(std::cos(t), std::sin(t), 0.0);
-    const WallPoint w = wall.at(1.5 * out);
+    const WallPoint w = wall.at(1.02 * out);  // farther away the rays of chords leave those of the circle
     EXPECT_NEAR(w.k1, 1.0, 1e-3);
     EXPECT_LT((w.N - out).norm(), 1e-3);
-    EXPECT_NEAR(w.phi, 0.5, 5e-4);
+    EXPECT_NEAR(w.phi, 0.02, 5e-4);
   }
 }
 

@@ -76,7 +76,7 @@ Vec2 point_of(const Line& line, const std::string& name) {
                        printable(line.text)));
   const Vec2 x((*numbers)[0], (*numbers)[1]);
   constexpr double kLargest = 1e30;
-  if (!(x.cwiseAbs().maxCoeff() <= kLargest))
+  if (!(std::abs(x[0]) <= kLargest && std::abs(x[1]) <= kLargest))
     reject(name, line.number, fmt::format("\"{}\" is not a finite point", printable(line.text)));
   return x;
 }
