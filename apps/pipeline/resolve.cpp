@@ -150,6 +150,7 @@ void resolve_sizes(ResolvedCase& r, double extent) {
                     r.layer.top_size(), *c.h2));
   r.sizes.h2 = *c.h2;
   r.sizes.h1 = *c.h1;
+  if (!c.box1) c.box1 = r.sizes.domain;
   r.sizes.box1 = c.box1;
   r.sizes.profile = c.profile;
   r.sizes.growth_inside = c.growth_inside;

@@ -7,6 +7,7 @@
 
 #include "apps/pipeline/text.h"
 #include "core/error.h"
+#include "core/planar.h"
 
 namespace lamina {
 namespace {
@@ -58,6 +59,10 @@ Case unusual_case() {
   c.target_cells = 1.5e6;
   c.box2 = Box<3>{Vec3(-1, -2, -3), Vec3(1e-17, 2, 3e20)};
   c.domain = Box<3>{Vec3(-10, -20, -30), Vec3(10, 20, 30)};
+  c.box1 = Box<3>{Vec3(-5, -6, -7), Vec3(5, 6, 7)};
+  c.polyline = c.spline = true;
+  c.slice = Plane{.axis = 2, .offset = 0.1};
+  c.extrude = 0.25;
   c.profile = Profile::kContinuous;
   c.corner_elements = 3.5;
   c.edge_growth = 1.3;
@@ -169,8 +174,10 @@ TEST(Case, WrongTypesAreNamed) {
   EXPECT_EQ(parse_error("[flow]\nlayers = 12.0\n"),
             "c.toml:2: flow.layers: must be a whole number, not a number with a fraction");
   EXPECT_EQ(parse_error("[body]\nfile = 3\n"), "c.toml:2: body.file: must be a text, not a whole number");
-  EXPECT_EQ(parse_error("[sizes]\nbox2 = [1, 2, 3]\n"), "c.toml:2: sizes.box2: must be a list of 6 numbers");
-  EXPECT_EQ(parse_error("[sizes]\nbox2 = 3\n"), "c.toml:2: sizes.box2: must be a list of 6 numbers");
+  EXPECT_EQ(parse_error("[sizes]\nbox2 = [1, 2, 3]\n"),
+            "c.toml:2: sizes.box2: must be a list of 6 numbers, or 4 in two dimensions");
+  EXPECT_EQ(parse_error("[sizes]\nbox2 = 3\n"),
+            "c.toml:2: sizes.box2: must be a list of 6 numbers, or 4 in two dimensions");
   EXPECT_EQ(parse_error("[mesh]\nseed = \"tetgem\"\n"),
             "c.toml:2: mesh.seed = tetgem: must be one of tetgen, lattice (did you mean tetgen?)");
   EXPECT_EQ(parse_error("[output]\nfiles = [\"a.vtu\", 3]\n"),
@@ -241,7 +248,7 @@ TEST(Case, WordsOfTheCommandLine) {
   EXPECT_EQ(message("hmin", {"nan"}), "--hmin nan: must be a number");
   EXPECT_EQ(message("hmin", {"1", "2"}), "--hmin needs a number, 2 given");
   EXPECT_EQ(message("layers", {"1.5"}), "--layers 1.5: must be a whole number");
-  EXPECT_EQ(message("box2", {"1", "2"}), "--box2 needs 6 numbers, 2 given");
+  EXPECT_EQ(message("box2", {"1", "2"}), "--box2 needs 6 numbers, or 4 in two dimensions, 2 given");
 }
 
 TEST(Case, MissingFileIsNotAUsageError) {
@@ -292,6 +299,21 @@ TEST(Text, NumbersAreRead) {
   EXPECT_EQ(parse_number("+.5"), 0.5);
   for (const char* bad : {"", "1 ", " 1", "1,5", "nan", "inf", "0x10", "1e999", "-"})
     EXPECT_FALSE(parse_number(bad).has_value()) << bad;
+}
+
+TEST(Case, BoxesOfThePlaneHaveFourNumbers) {
+  const Case c = parse_case(
+      "[domain]\nbox = [0, -1, 3, 1]\n[sizes]\nboxes = [\"wake 1 -1 2 1 0.1\", \"w 0 0 0 1 1 1 0.2\"]\n",
+      "c.toml");
+  ASSERT_TRUE(c.domain);
+  EXPECT_TRUE(is_planar(*c.domain));
+  EXPECT_EQ(c.domain->hi.head<2>(), Vec2(3.0, 1.0));
+  EXPECT_TRUE(is_planar(c.boxes[0].box));
+  EXPECT_FALSE(is_planar(c.boxes[1].box));
+  const Case again = parse_case(case_text(c), "again.toml");
+  EXPECT_EQ(again.domain->lo, c.domain->lo);
+  EXPECT_EQ(again.boxes[0].box.hi, c.boxes[0].box.hi);
+  EXPECT_EQ(again.boxes[1].box.hi, c.boxes[1].box.hi);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ const Body& sphere() {
     SurfaceReport report = clean(surface, "sphere");
     LevelSetOptions options;
     options.voxel = 0.04;
-    return Body{LevelSet::from_surface(std::move(surface), options), report, false};
+    return Body{.level_set = LevelSet::from_surface(std::move(surface), options), .surface = report};
   }();
   return body;
 }

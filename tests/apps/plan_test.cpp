@@ -169,7 +169,7 @@ TEST(Plan, DoesNotDependOnTheDomain) {
   clean(surface, "step");
   LevelSetOptions voxels;
   voxels.voxel = 0.02;
-  const Body body{LevelSet::from_surface(std::move(surface), voxels), {}, false};
+  const Body body{.level_set = LevelSet::from_surface(std::move(surface), voxels)};
   const auto inside_and_layers = [&](double shift) {
     SizeOptions s = sizes();
     const Vec3 center = body.level_set.bounds().center();
