@@ -348,7 +348,7 @@ OptionValue parse_option(const CaseOption& option, const std::vector<std::string
   if (option.type == OptionType::kFlag) return true;  // a flag has no words
   const auto texts = option.type == OptionType::kTexts ? texts_of(option, words) : std::vector<std::string>();
   if (option.type == OptionType::kTexts ? texts.empty() : !fits(option, words.size()))
-    reject(fmt::format("{} needs {}, {} given", where, wanted(option), words.size()));
+    reject(fmt::format("{} {}: needs {}, {} given", where, join(words, " "), wanted(option), words.size()));
   switch (option.type) {
     case OptionType::kFlag:
       break;

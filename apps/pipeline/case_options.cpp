@@ -81,9 +81,10 @@ SizedBox parse_box(const std::string& text) {
   if (!good)
     throw Error(
         ErrorCode::kUsage,
-        fmt::format("--box \"{}\": must be NAME X0 Y0 Z0 X1 Y1 Z1 SIZE (in two dimensions without Z0 and Z1), "
-                    "lower corner first, size above 0",
-                    text));
+        fmt::format(
+            "--box \"{}\": must be NAME X0 Y0 Z0 X1 Y1 Z1 SIZE (in two dimensions without Z0 and Z1), "
+            "lower corner first, size above 0",
+            text));
   const double size = x.back();
   x.pop_back();
   return {all[0], box_of(x), size};

@@ -246,9 +246,9 @@ TEST(Case, WordsOfTheCommandLine) {
   EXPECT_EQ(message("hmin", {"1mm"}), "--hmin 1mm: must be a number");
   EXPECT_EQ(message("hmin", {""}), "--hmin : must be a number");
   EXPECT_EQ(message("hmin", {"nan"}), "--hmin nan: must be a number");
-  EXPECT_EQ(message("hmin", {"1", "2"}), "--hmin needs a number, 2 given");
+  EXPECT_EQ(message("hmin", {"1", "2"}), "--hmin 1 2: needs a number, 2 given");
   EXPECT_EQ(message("layers", {"1.5"}), "--layers 1.5: must be a whole number");
-  EXPECT_EQ(message("box2", {"1", "2"}), "--box2 needs 6 numbers, or 4 in two dimensions, 2 given");
+  EXPECT_EQ(message("box2", {"1", "2"}), "--box2 1 2: needs 6 numbers, or 4 in two dimensions, 2 given");
 }
 
 TEST(Case, MissingFileIsNotAUsageError) {
