@@ -84,6 +84,12 @@ Mesh<3> extrude(const Mesh<2>& mesh, double height) {
     out.facets.push_back({a + n, b + n, c + n});
     out.facet_tags.insert(out.facet_tags.end(), {last + 1, last + 2});
   }
+  out.cell_names = mesh.cell_names;
+  out.facet_names = mesh.facet_names;
+  if (!out.facet_names.empty()) {
+    out.facet_names[last + 1] = "zmin";
+    out.facet_names[last + 2] = "zmax";
+  }
   for (const MeshField& f : mesh.point_fields) out.point_fields.push_back(repeated(f, height, false));
   for (const MeshField& f : mesh.cell_fields) out.cell_fields.push_back(repeated(f, height, true));
   return out;

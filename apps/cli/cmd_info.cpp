@@ -250,7 +250,8 @@ void add_info(CLI::App& root, Commands& commands) {
   CLI::App* app = root.add_subcommand("info", "What is in a surface, a level set or a mesh file");
   app->footer("Examples:\n  lamina info wing.stl --json\n  lamina info wing.stl --unit mm --hmin 1e-4");
   auto state = std::make_shared<InfoRequest>();
-  app->add_option("FILE", state->file, ".stl .obj .ply .vdb .dat .csv .txt " + readable_mesh_suffixes())->required();
+  app->add_option("FILE", state->file, ".stl .obj .ply .vdb .dat .csv .txt " + readable_mesh_suffixes())
+      ->required();
   app->add_flag("--json", state->json, "print JSON");
   app->add_option("--hmin", state->h_min,
                   "surfaces: height of the first layer that the facets are to carry (unit of the file, "
