@@ -87,7 +87,9 @@ std::vector<std::string> texts_of(const CaseOption& o, const std::vector<std::st
   }
   std::vector<std::string> out;
   for (const auto& text : texts) {
-    if (!fits(o, text.size())) return {};
+    // A single one with a word in a number's place is left to those who read it.
+    if (!fits(o, text.size()))
+      return fits(o, words.size()) ? std::vector<std::string>{join(words, " ")} : std::vector<std::string>();
     out.push_back(join(text, " "));
   }
   return out;
