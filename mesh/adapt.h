@@ -26,6 +26,10 @@ class AdaptMetric {
   [[nodiscard]] virtual std::optional<Level<D>> level(const Vec<D>& /*x*/, double /*size_floor*/) const {
     return std::nullopt;
   }
+  /// Signed distance to the wall that carries the levels; none where the metric has no wall.
+  [[nodiscard]] virtual std::optional<double> wall_distance(const Vec<D>& /*x*/) const {
+    return std::nullopt;
+  }
 };
 
 enum class Align {

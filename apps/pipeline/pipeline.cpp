@@ -12,6 +12,7 @@
 #include "apps/pipeline/output.h"
 #include "apps/pipeline/picture.h"
 #include "apps/pipeline/plan.h"
+#include "apps/pipeline/wall_judge.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/parallel.h"
@@ -38,6 +39,9 @@ class Homotopy : public AdaptMetric<D> {
   [[nodiscard]] std::optional<Level<D>> level(const Vec<D>& x, double size_floor) const override {
     const auto level = metric_.level(in_space<D>(x), size_floor);
     return level ? std::optional(section<D>(*level)) : std::nullopt;
+  }
+  [[nodiscard]] std::optional<double> wall_distance(const Vec<D>& x) const override {
+    return metric_.wall().phi(in_space<D>(x));
   }
 
  private:
@@ -148,6 +152,8 @@ void finish_report(Report& report, const Body& body, const OutputSet& outputs, c
   report.threads = report.resolved.c.threads > 0 ? report.resolved.c.threads : hardware_threads();
   report.warnings = stages.warnings();
   report.missed = missed_properties(report.score);
+  for (std::string& line : missed_at_wall(report.wall, report.resolved.layer.h_min))
+    report.missed.push_back(std::move(line));
   report.files = outputs.targets();
 }
 
@@ -256,6 +262,18 @@ void check_kind(const Case& c, BodyKind kind) {
   }
 }
 
+std::vector<Vec3> facet_centers(const Surface& surface) {
+  constexpr std::size_t kMost = 200000;
+  const std::size_t step = 1 + surface.triangles.size() / kMost;
+  std::vector<Vec3> centers;
+  for (std::size_t i = 0; i < surface.triangles.size(); i += step) {
+    Vec3 sum = Vec3::Zero();
+    for (const Index v : surface.triangles[i]) sum += surface.points[static_cast<std::size_t>(v)];
+    centers.push_back(sum / 3.0);
+  }
+  return centers;
+}
+
 Body profile_body(const Case& c, Outline outline) {
   if (c.polyline || c.spline)
     for (OutlineCurve& curve : outline.curves) curve.smooth = c.spline;
@@ -282,9 +300,11 @@ Body load_surface(const Case& c, double scale, Progress* progress) {
     body.surface = std::move(report);
     return body;
   }
+  std::vector<Vec3> centers = facet_centers(surface);
   return {.level_set = LevelSet::from_surface(std::move(surface), c.level_set, progress),
           .kind = BodyKind::kSurface,
-          .surface = std::move(report)};
+          .surface = std::move(report),
+          .facet_centers = std::move(centers)};
 }
 
 Body load_profile(const Case& c, double scale) {
@@ -361,6 +381,13 @@ std::string size_text(const Body& body) {
                      counted(o.closed_curves + o.open_curves, "curve"));
 }
 
+template <int D>
+std::unique_ptr<const AdaptMetric<D>> metric_family(const WallMetric& metric) {
+  return std::make_unique<Homotopy<D>>(metric);
+}
+template std::unique_ptr<const AdaptMetric<2>> metric_family(const WallMetric&);
+template std::unique_ptr<const AdaptMetric<3>> metric_family(const WallMetric&);
+
 void pass_on_warnings(const Body& body, const ResolvedCase* resolved, Progress& progress) {
   static const std::vector<std::string> none;
   for (const auto* list : {&body.surface.warnings, &body.outline.warnings, &body.level_set.report().warnings,
@@ -403,7 +430,11 @@ void make_mesh(const Run& run) {
 
   stages.stage("fields");
   add_point_fields<D>(mesh, run.metric, vertex_metric);
-  report.levels = fit_levels(r.layer, mesh.point_fields.front().values);
+  const std::vector<double>& phi = mesh.point_fields.front().values;
+  report.wall = judge_wall<D>(mesh, phi, run.body, run.metric);
+  std::vector<double> offsets;
+  report.levels = score_layers<D>(mesh, vertex_metric, Homotopy<D>(run.metric), phi, &offsets);
+  mesh.point_fields.push_back({"level_offset", 1, std::move(offsets)});
   add_cell_fields<D>(mesh, run.metric, vertex_metric);
   stages.done(
       fmt::format("{} point and {} cell fields", mesh.point_fields.size(), mesh.cell_fields.size() + 1));
