@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "apps/pipeline/checkpoint.h"
 #include "apps/pipeline/detail/adapted.h"
 #include "apps/pipeline/output.h"
 #include "apps/pipeline/picture.h"
@@ -102,6 +103,11 @@ bool expect_resolved_case(const Case& c, OutputSet& outputs, StageRecorder& stag
   return true;
 }
 
+void write_resolved_case(Case c, OutputSet& outputs) {
+  c.checkpoint.reset();  // whoever runs it again starts anew
+  outputs.write_text(resolved_case_path(c), case_text(c));
+}
+
 template <int D>
 void add_point_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector<Metric<D>>& vertex_metric) {
   const std::size_t n = mesh.points.size();
@@ -188,6 +194,22 @@ AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
   for (const SizedBox& b : r.sizes.boxes) options.end_size = std::min(options.end_size, b.size);
   if (body.user) options.end_size = std::min(options.end_size, body.user->smallest);
   return options;
+}
+
+/// What the run goes on from, or nothing. A fresh run gets its folder ready.
+std::string open_checkpoints(const Case& c) {
+  if (!c.checkpoint) return {};
+  if (c.resume) return read_last_checkpoint(*c.checkpoint, case_fingerprint(c));
+  begin_checkpoints(*c.checkpoint, c);
+  return {};
+}
+
+IterationCallback checkpoint_writer(const Case& c) {
+  if (!c.checkpoint) return {};
+  return [folder = *c.checkpoint, fingerprint = case_fingerprint(c)](const AdaptStep& step, Snapshot state) {
+    write_checkpoint(folder, step.number, fingerprint, state());
+    return true;
+  };
 }
 
 template <int D>
@@ -400,6 +422,8 @@ namespace {
 struct Run {
   const Body& body;
   const WallMetric& metric;
+  const std::string& snapshot;  // to go on from
+  const IterationCallback& after_step;
   OutputSet& outputs;
   StageRecorder& stages;
   Report& report;
@@ -419,7 +443,10 @@ void make_mesh(const Run& run) {
 
   stages.stage("adapt");
   std::vector<Metric<D>> vertex_metric;
-  report.adapt = adapt<D>(mesh, Homotopy<D>(run.metric), vertex_metric, adapt_options(r, run.body), &stages);
+  AdaptOptions options = adapt_options(r, run.body);
+  options.resume = run.snapshot;
+  options.after_step = run.after_step;
+  report.adapt = adapt<D>(mesh, Homotopy<D>(run.metric), vertex_metric, options, &stages);
   stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
 
   stages.stage("check");
@@ -452,6 +479,7 @@ Report run_case(const Case& c, Progress* progress) {
   OutputSet outputs;
   expect_outputs(c, outputs);
   const bool with_case = expect_resolved_case(c, outputs, stages);
+  const std::string snapshot = open_checkpoints(c);
 
   stages.stage("level set");
   const Body body = load_body(c, &stages);
@@ -468,13 +496,14 @@ Report run_case(const Case& c, Progress* progress) {
   pass_on_warnings(body, &r, stages);
   stages.done(fmt::format("about {:.2g} cells", report.expected_cells));
 
-  const Run run{body, metric, outputs, stages, report};
+  const IterationCallback after_step = checkpoint_writer(c);
+  const Run run{body, metric, snapshot, after_step, outputs, stages, report};
   if (body.planar()) {
     make_mesh<2>(run);
   } else {
     make_mesh<3>(run);
   }
-  if (with_case) outputs.write_text(resolved_case_path(c), case_text(r.c));
+  if (with_case) write_resolved_case(r.c, outputs);
   stages.done(fmt::format("{} files", outputs.targets().size()));
 
   finish_report(report, body, outputs, stages);

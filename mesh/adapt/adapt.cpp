@@ -15,6 +15,7 @@
 #include "mesh/adapt/blocks.h"
 #include "mesh/adapt/boundary.h"
 #include "mesh/adapt/operators.h"
+#include "mesh/adapt/snapshot.h"
 
 namespace lamina {
 namespace {
@@ -213,58 +214,90 @@ std::vector<double> size_floors(double start, double end) {
   return floors;
 }
 
+/// A mesh that is unit in the wanted metric already goes no way from coarse to fine.
+template <int D>
+bool is_unit(GlobalMesh<D>& mesh, const AdaptMetric<D>& field) {
+  constexpr double kShare = 0.8;
+  evaluate_metric(mesh, field, 0.0, 0);
+  return measure(mesh).unit_share >= kShare;
+}
+
+template <int D>
+AdaptState<D> first_state(const Mesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions& options) {
+  AdaptState<D> state;
+  for (const char* name : {"collapse", "split", "swap", "smooth", "repair", "stretch"}) {
+    state.summary.operators.emplace_back();
+    state.summary.operators.back().name = name;
+  }
+  state.mesh = import_mesh(mesh, state.tags);
+  double first = options.start_size;
+  if (!(first > 0.0) && !is_unit(state.mesh, field)) first = longest_edge(state.mesh);
+  state.floors = size_floors(first, options.end_size);
+  return state;
+}
+
+template <int D>
+AdaptStep run_step(AdaptState<D>& state, const AdaptMetric<D>& field, const AdaptOptions& options,
+                   const Progress* progress) {
+  const auto start = std::chrono::steady_clock::now();
+  GlobalMesh<D>& mesh = state.mesh;
+  const double floor = state.floors[state.next];
+  const bool last = state.next + 1 == state.floors.size();
+  evaluate_metric(mesh, field, floor, begin_of(state.pass));
+  // Polishing looks at what the plain passes left alone.
+  if (last) std::fill(mesh.changed.begin(), mesh.changed.end(), begin_of(state.pass));
+  const int passes = last ? options.final_passes : options.passes_per_step;
+  constexpr double kWorthwhile = 0.0015;  // share of the edges that a final pass should make unit
+  double gain = 1.0;
+  double unit_share = 0.0;
+  for (int i = 0; i < passes && gain > kWorthwhile; ++i) {
+    if (progress != nullptr) progress->check_cancelled();
+    const auto sweeps = std::span(kSweeps).first(last ? kSweeps.size() : kPlainSweeps);
+    run_pass<D>(mesh, field, floor, options, state.pass++, sweeps, {}, state.summary);
+    if (!last) continue;
+    const double reached = measure(mesh).unit_share;
+    gain = reached - std::exchange(unit_share, reached);
+  }
+  if (last) {
+    state.pass = stretch(mesh, field, options, state.pass, state.summary);
+    mend(mesh, field, options, state.pass, state.summary);
+  }
+  AdaptStep step = measure(mesh);
+  step.number = static_cast<std::int64_t>(state.next) + 1;
+  step.size_floor = floor;
+  step.seconds = seconds_since(start);
+  return step;
+}
+
 }  // namespace
 
 template <int D>
 AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,
                    const AdaptOptions& options, Progress* progress) {
   const auto start = std::chrono::steady_clock::now();
-  AdaptSummary summary;
-  for (const char* name : {"collapse", "split", "swap", "smooth", "repair", "stretch"}) {
-    summary.operators.emplace_back();
-    summary.operators.back().name = name;
+  AdaptState<D> state =
+      options.resume.empty() ? first_state<D>(mesh, field, options) : decode<D>(options.resume, options);
+  bool go_on = true;
+  while (go_on && state.next < state.floors.size()) {
+    const AdaptStep step = run_step(state, field, options, progress);
+    state.summary.steps.push_back(step);
+    ++state.next;
+    if (progress)
+      progress->update(static_cast<double>(state.next) / static_cast<double>(state.floors.size()),
+                       fmt::format("step {} of {}, {} cells, {:.1f} % unit edges", state.next,
+                                   state.floors.size(), step.cells, 100.0 * step.unit_share));
+    const auto snapshot = [&] { return encode(state, options); };
+    go_on = !options.after_step || options.after_step(step, snapshot);
   }
-  BoundaryTags tags;
-  GlobalMesh<D> global = import_mesh(mesh, tags);
-  const double start_size = options.start_size > 0.0 ? options.start_size : longest_edge(global);
-  const std::vector<double> floors = size_floors(start_size, options.end_size);
-  int pass = 0;
-  for (std::size_t k = 0; k < floors.size(); ++k) {
-    const auto step_start = std::chrono::steady_clock::now();
-    const bool last = k + 1 == floors.size();
-    evaluate_metric(global, field, floors[k], begin_of(pass));
-    // Polishing looks at what the plain passes left alone.
-    if (last) std::fill(global.changed.begin(), global.changed.end(), begin_of(pass));
-    const int passes = last ? options.final_passes : options.passes_per_step;
-    constexpr double kWorthwhile = 0.0015;  // share of the edges that a final pass should make unit
-    double gain = 1.0;
-    double unit_share = 0.0;
-    for (int i = 0; i < passes && gain > kWorthwhile; ++i) {
-      if (progress) progress->check_cancelled();
-      const auto sweeps = std::span(kSweeps).first(last ? kSweeps.size() : kPlainSweeps);
-      run_pass<D>(global, field, floors[k], options, pass++, sweeps, {}, summary);
-      if (!last) continue;
-      const double reached = measure(global).unit_share;
-      gain = reached - std::exchange(unit_share, reached);
-    }
-    if (last) {
-      pass = stretch(global, field, options, pass, summary);
-      mend(global, field, options, pass, summary);
-    }
-    AdaptStep step = measure(global);
-    step.size_floor = floors[k];
-    step.seconds = seconds_since(step_start);
-    summary.steps.push_back(step);
-    if (progress) {
-      progress->update(static_cast<double>(k + 1) / static_cast<double>(floors.size()),
-                       fmt::format("step {} of {}, {} cells, {:.1f} % unit edges", k + 1, floors.size(),
-                                   step.cells, 100.0 * step.unit_share));
-    }
-  }
-  export_mesh(global, tags, mesh);
-  metric = std::move(global.metric);
+  AdaptSummary summary = std::move(state.summary);
+  summary.stopped_because =
+      state.next == state.floors.size()
+          ? "all steps done"
+          : fmt::format("stopped by the caller after step {} of {}, at a size floor of {:.4g}", state.next,
+                        state.floors.size(), state.floors[state.next - 1]);
+  export_mesh(state.mesh, state.tags, mesh);
+  metric = std::move(state.mesh.metric);
   summary.seconds = seconds_since(start);
-  summary.stopped_because = "all steps done";
   return summary;
 }
 
