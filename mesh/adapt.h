@@ -79,6 +79,7 @@ struct AdaptStep {
   double size_floor = 0.0;
   std::int64_t cells = 0, points = 0;
   double unit_share = 0.0, quality_min = 0.0, quality_mean = 0.0;
+  double far_share = 0.0;  ///< edges shorter than 1/2 or longer than 2
   double seconds = 0.0;
 };
 
@@ -95,9 +96,10 @@ struct AdaptSummary {
 /// input's tags those of boundary facets and one that all cells share are kept, with names, fields are not.
 /// GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits for every
 /// thread count; (4) `metric` receives the metric of every vertex, at the size floor of the last step, which
-/// is the wanted metric unless `after_step` ended the run. Errors: kAdapt (a boundary that is not made of
-/// flat pieces, tagged facets within the mesh, a snapshot of another run), kInterrupted as soon as `progress`
-/// asks for it; the mesh is then what it was.
+/// is the wanted metric unless `after_step` ended the run; (5) a mesh that is unit already and that polishing
+/// would hardly improve stays as it is, unless `start_size` is given. Errors: kAdapt (a boundary that is not
+/// made of flat pieces, tagged facets within the mesh, a snapshot of another run), kInterrupted as soon as
+/// `progress` asks for it; the mesh is then what it was.
 template <int D>
 AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,
                    const AdaptOptions& options, Progress* progress = nullptr);

@@ -65,7 +65,7 @@ double quality(const GlobalMesh<D>& mesh, std::size_t c) {
 template <int D>
 AdaptStep measure(const GlobalMesh<D>& mesh) {
   struct Sums {
-    std::int64_t unit = 0, edges = 0;
+    std::int64_t unit = 0, far = 0, edges = 0;
     double quality = 0.0, worst = 1.0;
   };
   const Sums sums = reduce(
@@ -81,18 +81,21 @@ AdaptStep measure(const GlobalMesh<D>& mesh) {
             const Index b = mesh.cells[c][e[1]];
             const double l = edge_length<D>(mesh.x[a], mesh.metric[a], mesh.x[b], mesh.metric[b]);
             s.unit += l >= kUnitMin && l <= kUnitMax;
+            s.far += l < 0.5 || l > 2.0;
             ++s.edges;
           }
         }
         return s;
       },
       [](const Sums& a, const Sums& b) {
-        return Sums{a.unit + b.unit, a.edges + b.edges, a.quality + b.quality, std::min(a.worst, b.worst)};
+        return Sums{a.unit + b.unit, a.far + b.far, a.edges + b.edges, a.quality + b.quality,
+                    std::min(a.worst, b.worst)};
       });
   AdaptStep step;
   step.cells = static_cast<std::int64_t>(mesh.cells.size());
   step.points = static_cast<std::int64_t>(mesh.x.size());
   step.unit_share = static_cast<double>(sums.unit) / static_cast<double>(sums.edges);
+  step.far_share = static_cast<double>(sums.far) / static_cast<double>(sums.edges);
   step.quality_min = sums.worst;
   step.quality_mean = sums.quality / static_cast<double>(mesh.cells.size());
   return step;
@@ -214,12 +217,37 @@ std::vector<double> size_floors(double start, double end) {
   return floors;
 }
 
-/// A mesh that is unit in the wanted metric already goes no way from coarse to fine.
+// A mesh that is unit in the wanted metric already goes no way from coarse to fine, and is left as it is
+// where polishing would move many vertices for next to nothing: an adapted mesh is a fixed point.
+
+/// Vertices that lie on levels are taken for placed there.
 template <int D>
-bool is_unit(GlobalMesh<D>& mesh, const AdaptMetric<D>& field) {
-  constexpr double kShare = 0.8;
-  evaluate_metric(mesh, field, 0.0, 0);
-  return measure(mesh).unit_share >= kShare;
+void find_levels(GlobalMesh<D>& mesh, const AdaptMetric<D>& field) {
+  constexpr double kThere = 1e-6;  // of a layer: far above rounding
+  for_each_index(
+      mesh.x.size(),
+      [&](std::size_t v) {
+        const auto level = field.level(mesh.x[v], 0.0);
+        if (level && level->metric.length(level->way) <= kThere) mesh.level[v] = level->number;
+      },
+      256);
+}
+
+template <int D>
+std::int64_t on_levels(const GlobalMesh<D>& mesh) {
+  return static_cast<std::int64_t>(mesh.level.size()) -
+         std::count(mesh.level.begin(), mesh.level.end(), kNoLevel);
+}
+
+template <int D>
+bool is_worthwhile(const AdaptStep& before, const GlobalMesh<D>& old, const AdaptStep& after,
+                   const GlobalMesh<D>& mesh, const AdaptOptions& options) {
+  constexpr double kGain = 0.005, kFewer = 1e-4, kMoreLevels = 0.01;
+  const double more = static_cast<double>(on_levels(mesh) - on_levels(old));
+  return after.unit_share > before.unit_share + kGain || after.quality_mean > before.quality_mean + kGain ||
+         after.far_share < before.far_share - kFewer ||
+         (before.quality_min < options.quality_floor && after.quality_min > 1.1 * before.quality_min) ||
+         (options.align == Align::kLayers && more > kMoreLevels * static_cast<double>(mesh.x.size()));
 }
 
 template <int D>
@@ -231,7 +259,13 @@ AdaptState<D> first_state(const Mesh<D>& mesh, const AdaptMetric<D>& field, cons
   }
   state.mesh = import_mesh(mesh, state.tags);
   double first = options.start_size;
-  if (!(first > 0.0) && !is_unit(state.mesh, field)) first = longest_edge(state.mesh);
+  if (!(first > 0.0)) {
+    constexpr double kUnitShare = 0.8;
+    evaluate_metric(state.mesh, field, 0.0, 0);
+    state.unit_already = measure(state.mesh).unit_share >= kUnitShare;
+    if (!state.unit_already) first = longest_edge(state.mesh);
+    if (state.unit_already && options.align == Align::kLayers) find_levels(state.mesh, field);
+  }
   state.floors = size_floors(first, options.end_size);
   return state;
 }
@@ -269,6 +303,19 @@ AdaptStep run_step(AdaptState<D>& state, const AdaptMetric<D>& field, const Adap
   return step;
 }
 
+template <int D>
+AdaptStep polish_if_worthwhile(AdaptState<D>& state, const AdaptMetric<D>& field, const AdaptOptions& options,
+                               const Progress* progress) {
+  const GlobalMesh<D> old = state.mesh;
+  AdaptStep before = measure(old);
+  const AdaptStep after = run_step(state, field, options, progress);
+  if (is_worthwhile(before, old, after, state.mesh, options)) return after;
+  state.mesh = old;
+  before.number = after.number;
+  before.seconds = after.seconds;
+  return before;
+}
+
 }  // namespace
 
 template <int D>
@@ -279,7 +326,8 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
       options.resume.empty() ? first_state<D>(mesh, field, options) : decode<D>(options.resume, options);
   bool go_on = true;
   while (go_on && state.next < state.floors.size()) {
-    const AdaptStep step = run_step(state, field, options, progress);
+    const AdaptStep step = state.unit_already ? polish_if_worthwhile(state, field, options, progress)
+                                              : run_step(state, field, options, progress);
     state.summary.steps.push_back(step);
     ++state.next;
     if (progress)

@@ -104,6 +104,7 @@ void visit(Visitor& v, State& s) {
   v(s.floors);
   v(s.next);
   v(s.pass);
+  v(s.unit_already);
   v(s.mesh.x);
   v(s.mesh.metric);
   v(s.mesh.tags);

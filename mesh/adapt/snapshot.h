@@ -15,6 +15,7 @@ struct AdaptState {
   std::vector<double> floors;  ///< size floors of all steps
   std::size_t next = 0;        ///< the step to come
   int pass = 0;                ///< its first pass
+  bool unit_already = false;   ///< from the start, so that there is one step only
   GlobalMesh<D> mesh;
   BoundaryTags tags;
   AdaptSummary summary;  ///< of the steps done

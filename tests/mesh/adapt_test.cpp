@@ -334,6 +334,57 @@ TYPED_TEST(Adapt, ResumesFromEveryStepInTheSameBits) {
   }
 }
 
+TYPED_TEST(Adapt, AnAdaptedMeshIsAFixedPoint) {
+  constexpr int D = TypeParam::value;
+  for (const Align align : {Align::kAnywhere, Align::kLayers}) {
+    AdaptOptions options;
+    options.end_size = 0.02;
+    options.align = align;
+    const TiltedPlane<D> field(0.02, 0.1);
+    auto a = adapt_unit_box<D>(field, options);
+    const Mesh<D> once = a.mesh;
+    const AdaptSummary summary = adapt<D>(a.mesh, field, a.metric, options);
+    EXPECT_EQ(summary.steps.size(), 1U);
+    expect_same_bits(a.mesh, once);
+    EXPECT_EQ(a.metric.size(), a.mesh.points.size());
+  }
+}
+
+// Unit, but not on levels; and unit but for one corner.
+TYPED_TEST(Adapt, AUnitMeshIsAdaptedWhereItGains) {
+  constexpr int D = TypeParam::value;
+  AdaptOptions options;
+  options.end_size = 0.02;
+  const TiltedPlane<D> field(0.02, 0.1);
+  const auto a = adapt_unit_box<D>(field, options);
+  options.align = Align::kLayers;
+  Mesh<D> mesh = a.mesh;
+  std::vector<Metric<D>> metric;
+  adapt<D>(mesh, field, metric, options);
+  std::int64_t in_layers = 0, on_level = 0;
+  for (const Vec<D>& x : mesh.points) {
+    const auto level = field.level(x, 0.0);
+    if (!level) continue;
+    ++in_layers;
+    on_level += level->metric.length(level->way) < 0.05;
+  }
+  EXPECT_GE(on_level, in_layers * 9 / 10);
+
+  class FineCorner : public TiltedPlane<D> {
+   public:
+    FineCorner() : TiltedPlane<D>(0.02, 0.1) {}
+    Metric<D> at(const Vec<D>& x, double floor) const override {
+      const Metric<D> m = TiltedPlane<D>::at(x, floor);
+      return x.norm() < 0.15 ? m.scaled(0.25) : m;
+    }
+  };
+  options.align = Align::kAnywhere;
+  mesh = a.mesh;
+  adapt<D>(mesh, FineCorner(), metric, options);
+  EXPECT_GT(mesh.points.size(), a.mesh.points.size());
+  EXPECT_LT(score<D>(mesh, metric).long_share, 2e-3);
+}
+
 TYPED_TEST(Adapt, RefusesForeignSnapshots) {
   constexpr int D = TypeParam::value;
   AdaptOptions options;
