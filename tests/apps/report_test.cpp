@@ -69,6 +69,16 @@ TEST(Report, JsonHoldsWhatTheReadmePromises) {
   EXPECT_DOUBLE_EQ(json["peak_bytes"], 300.0);
 }
 
+// Two seconds of four are serial on two threads: one thread would take 2 + 2 x 2.
+TEST(Report, SerialFraction) {
+  StageCost cost;
+  cost.wall_seconds = 4.0;
+  cost.serial_seconds = 2.0;
+  EXPECT_DOUBLE_EQ(cost.serial_fraction(2), 1.0 / 3.0);
+  EXPECT_DOUBLE_EQ(cost.serial_fraction(1), 0.5);
+  EXPECT_EQ(StageCost().serial_fraction(1), 0.0);
+}
+
 TEST(Report, HistogramBinsCoverAllLengths) {
   const auto bins = parsed(example())["score"]["length"]["histogram"];
   ASSERT_EQ(bins.size(), Score::kLengthBins.size());

@@ -202,12 +202,15 @@ Json operators_json(const AdaptSummary& adapt) {
   return out;
 }
 
-Json stages_json(const std::vector<StageCost>& stages) {
+Json stages_json(const std::vector<StageCost>& stages, int threads) {
   Json out = Json::array();
   for (const StageCost& s : stages)
     out.push_back({{"name", s.name},
                    {"wall_seconds", s.wall_seconds},
                    {"cpu_seconds", s.cpu_seconds},
+                   {"user_seconds", s.user_seconds},
+                   {"serial_seconds", s.serial_seconds},
+                   {"serial_fraction", s.serial_fraction(threads)},
                    {"peak_bytes", s.peak_bytes}});
   return out;
 }
@@ -221,9 +224,10 @@ void append_outcome(Json& json, const RunOutcome& outcome) {
   json["homotopy"] = homotopy_json(outcome.adapt);
   json["operators"] = operators_json(outcome.adapt);
   json["stopped_because"] = outcome.adapt.stopped_because;
-  json["stages"] = stages_json(outcome.stages);
+  json["stages"] = stages_json(outcome.stages, outcome.threads);
   json["wall_seconds"] = all.wall_seconds;
   json["cpu_seconds"] = all.cpu_seconds;
+  json["serial_fraction"] = all.serial_fraction(outcome.threads);
   json["peak_bytes"] = all.peak_bytes;
   json["threads"] = outcome.threads;
   json["files"] = files;
