@@ -189,11 +189,46 @@ struct UnitLayers {
   double start, rate;
 };
 
+/// A stack of layers on a wall: thickness hmin alpha^(k-1) in layer k.
+BoundaryLayer stack(double h_min, double growth) {
+  BoundaryLayer b;
+  b.h_min = h_min;
+  b.growth = growth;
+  return b;
+}
+
+/// The level nearest to a point at signed distance s from a wall with unit normal n, of `outside` levels
+/// before it and `inside` ones behind.
+template <int D>
+std::optional<Level<D>> level_of(const BoundaryLayer& layer, int outside, int inside, double s,
+                                 const Vec<D>& n, double floor) {
+  const int side = s < 0.0 ? -1 : 1;
+  const auto number = layer.nearest_level(std::abs(s), side > 0 ? outside : inside, floor);
+  if (!number) return std::nullopt;
+  Level<D> level;
+  level.number = side * *number;
+  level.way = (side * layer.level(*number) - s) * n;
+  level.normal = n;
+  return level;
+}
+
 /// Layers on both sides of the plane z = z0, up to normal size hmax; ht along it.
 class PlaneLayers : public OnUnitBox<3> {
  public:
   explicit PlaneLayers(const Values& p)
-      : layers_(p.at("hmin"), p.at("alpha")), z0_(p.at("z0")), h_max_(p.at("hmax")), ht_(p.at("ht")) {}
+      : layers_(p.at("hmin"), p.at("alpha")),
+        stack_(stack(p.at("hmin"), p.at("alpha"))),
+        z0_(p.at("z0")),
+        h_max_(p.at("hmax")),
+        ht_(p.at("ht")) {
+    constexpr double kSlack = 1e-9;
+    stack_.layers = 1 + static_cast<int>(std::floor(std::max(
+                            0.0, std::log(h_max_ / stack_.h_min) / std::log(stack_.growth) + kSlack)));
+  }
+  [[nodiscard]] std::optional<Level<3>> level(const Vec3& x, double floor) const override {
+    return level_of<3>(stack_, stack_.layers, stack_.layers, x[2] - z0_, Vec3::UnitZ(), floor);
+  }
+  [[nodiscard]] std::optional<double> wall_distance(const Vec3& x) const override { return x[2] - z0_; }
   [[nodiscard]] SizedFrame<3> frame(const Vec3& x) const override {
     return {Mat3::Identity(), {ht_, ht_, std::min(layers_.size(std::abs(x[2] - z0_)), h_max_)}};
   }
@@ -201,6 +236,7 @@ class PlaneLayers : public OnUnitBox<3> {
 
  private:
   UnitLayers layers_;
+  BoundaryLayer stack_;
   double z0_, h_max_, ht_;
 };
 
@@ -215,19 +251,19 @@ class RoundBody : public AnalyticMetric<D> {
       : radius_(p.at("R")),
         h_min_(std::isnan(p.at("hmin")) ? first_height(p.at("Re"), p.at("L"), p.at("yplus")) : p.at("hmin")),
         layers_(h_min_, p.at("alpha")),
+        stack_(stack(h_min_, p.at("alpha"))),
+        mirrored_layers_(static_cast<int>(p.at("nin"))),
         inside_rate_(std::log(p.at("alphain"))),
         h2_(p.at("H2")),
         h1_(p.at("H1")),
         domain_{Vec<D>::Zero(), extent},
         start_size_(start_size) {
-    BoundaryLayer b;
-    b.h_min = h_min_;
-    b.growth = p.at("alpha");
     const double delta = std::isnan(p.at("delta"))
                              ? layer_thickness(p.at("Re"), p.at("L"), Regime::kTurbulent)
                              : p.at("delta");
-    top_ = b.level(layer_count(delta, h_min_, b.growth));
-    mirrored_ = b.level(static_cast<int>(p.at("nin")));
+    stack_.layers = layer_count(delta, h_min_, stack_.growth);
+    top_ = stack_.top();
+    mirrored_ = stack_.level(mirrored_layers_);
     center_[0] = p.at("cx");
     center_[1] = p.at("cy");
     if constexpr (D == 3) center_[2] = p.at("cz");
@@ -242,13 +278,24 @@ class RoundBody : public AnalyticMetric<D> {
     const double ht = box2_.contains(x) ? std::max(ht_, h) : h;
     Vec<D> sizes = Vec<D>::Constant(ht);
     sizes[0] = h;
-    return {frame_of<D>(r > 0.0 ? Vec<D>(y / r) : Vec<D>(Vec<D>::UnitX())), sizes};
+    return {frame_of<D>(direction(y)), sizes};
+  }
+  [[nodiscard]] std::optional<Level<D>> level(const Vec<D>& x, double floor) const override {
+    const Vec<D> y = x - center_;
+    return level_of<D>(stack_, stack_.layers, mirrored_layers_, y.norm() - radius_, direction(y), floor);
+  }
+  [[nodiscard]] std::optional<double> wall_distance(const Vec<D>& x) const override {
+    return (x - center_).norm() - radius_;
   }
   [[nodiscard]] double smallest() const override { return std::min({layers_.start, h2_, h1_}); }
   [[nodiscard]] Box<D> domain() const override { return domain_; }
   [[nodiscard]] double start_size() const override { return start_size_; }
 
  private:
+  static Vec<D> direction(const Vec<D>& y) {
+    const double r = y.norm();
+    return r > 0.0 ? Vec<D>(y / r) : Vec<D>(Vec<D>::UnitX());
+  }
   [[nodiscard]] double normal_size(const Vec<D>& x, double s) const {
     if (s < 0.0) {
       const double beyond = std::max(0.0, -s - mirrored_);
@@ -262,6 +309,8 @@ class RoundBody : public AnalyticMetric<D> {
 
   double radius_, h_min_;
   UnitLayers layers_;
+  BoundaryLayer stack_;
+  int mirrored_layers_;
   double inside_rate_, h2_, h1_, top_ = 0.0, mirrored_ = 0.0, farthest_ = 0.0, ht_ = 0.0;
   Vec<D> center_;
   Box<D> domain_, box2_;

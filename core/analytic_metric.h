@@ -9,11 +9,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/field.h"
+#include "core/level.h"
 
 namespace lamina {
 
@@ -54,6 +56,15 @@ class AnalyticMetric : public MetricField<D> {
   [[nodiscard]] Metric<D> at(const Vec<D>& x) const override {
     const SizedFrame<D> f = frame(x);
     return Metric<D>::from_frame(f.axes, f.sizes);
+  }
+  /// The layer surface nearest to x, as AdaptMetric::level but without its metric; none where there are no
+  /// layers.
+  [[nodiscard]] virtual std::optional<Level<D>> level(const Vec<D>& /*x*/, double /*size_floor*/) const {
+    return std::nullopt;
+  }
+  /// Signed distance to the wall that carries the layers; none where there are no layers.
+  [[nodiscard]] virtual std::optional<double> wall_distance(const Vec<D>& /*x*/) const {
+    return std::nullopt;
   }
   /// Smallest size in any direction at any point.
   [[nodiscard]] virtual double smallest() const = 0;

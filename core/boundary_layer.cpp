@@ -28,6 +28,16 @@ double BoundaryLayer::level(int k) const { return h_min * (std::pow(growth, k) -
 
 double BoundaryLayer::level_at(double height) const { return level_number(height, h_min, growth); }
 
+std::optional<int> BoundaryLayer::nearest_level(double height, int last, double floor) const {
+  constexpr double kTooThin = 0.8;
+  const int below = static_cast<int>(std::min(level_at(height), static_cast<double>(last)));
+  const int number = height - level(below) < level(below + 1) - height ? below : below + 1;
+  if (number > last) return std::nullopt;
+  if (h_min * std::pow(growth, number) >= kTooThin * floor) return number;
+  if (height > 0.5 * floor) return std::nullopt;
+  return 0;
+}
+
 double BoundaryLayer::top_size() const { return h_min * std::pow(growth, layers - 1); }
 
 double skin_friction(double reynolds) {

@@ -36,6 +36,9 @@ struct BoundaryLayer {
   [[nodiscard]] double level(int k) const;
   /// The real number k with level(k) = height: whole on the levels. REQUIRES height >= 0.
   [[nodiscard]] double level_at(double height) const;
+  /// The level of 0..last that is nearest to a height; of layers thinner than `floor` (to 20 %) that of the
+  /// wall, 0, up to half the floor. None elsewhere. REQUIRES height >= 0.
+  [[nodiscard]] std::optional<int> nearest_level(double height, int last, double floor) const;
   /// s_layers.
   [[nodiscard]] double top() const { return level(layers); }
   /// Normal size of the last layer.

@@ -345,19 +345,12 @@ std::optional<Level<3>> WallMetric::level(const Vec3& x, double floor) const {
   }
   const double height = std::abs(wall.phi);
   const double side = wall.phi < 0.0 ? -1.0 : 1.0;
-  const double k = layer_.level_at(height);
-  const int below = static_cast<int>(std::min(k, static_cast<double>(layer_.layers)));
-  const int number = height - layer_.level(below) < layer_.level(below + 1) - height ? below : below + 1;
-  const int last = side > 0.0 ? layer_.layers : sizes_.mirrored_layers;
-  if (number > last) return std::nullopt;
-  constexpr double kTooThin = 0.8;
-  const double thickness = layer_.h_min * std::pow(layer_.growth, number);
+  const std::optional<int> number =
+      layer_.nearest_level(height, side > 0.0 ? layer_.layers : sizes_.mirrored_layers, floor);
+  if (!number) return std::nullopt;
   Level<3> level;
-  level.number = static_cast<int>(side) * number;
-  if (thickness < kTooThin * floor) {  // of all levels the wall's is taken first
-    if (height > 0.5 * floor) return std::nullopt;
-    level.number = 0;
-  }
+  level.number = static_cast<int>(side) * *number;
+  const double thickness = layer_.h_min * std::pow(layer_.growth, *number);
   const double goal = side * layer_.level(std::abs(level.number));
   const Vec3 ray = x - wall.closest;
   level.normal = ray.norm() > 1e-6 * layer_.h_min ? Vec3(side * ray.normalized()) : wall.N;

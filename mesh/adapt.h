@@ -6,10 +6,12 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/field.h"
 #include "core/level.h"
+#include "core/parallel.h"
 #include "core/progress.h"
 #include "mesh/mesh.h"
 
@@ -26,6 +28,10 @@ class AdaptMetric {
   [[nodiscard]] virtual std::optional<Level<D>> level(const Vec<D>& /*x*/, double /*size_floor*/) const {
     return std::nullopt;
   }
+  /// Signed distance to the wall that carries the levels; none where the metric has no wall.
+  [[nodiscard]] virtual std::optional<double> wall_distance(const Vec<D>& /*x*/) const {
+    return std::nullopt;
+  }
 };
 
 enum class Align {
@@ -33,16 +39,30 @@ enum class Align {
   kLayers,    ///< vertices on the levels of the metric: semi-structured layers
 };
 
+struct AdaptStep;
+
+/// The optimizer after a step, as bytes that AdaptOptions::resume takes. Made when called, during the
+/// callback only.
+using Snapshot = FunctionRef<std::string()>;
+/// Called after every step, on the thread of the caller. Returning false ends the run there, with a valid
+/// mesh.
+using IterationCallback = std::function<bool(const AdaptStep& step, Snapshot snapshot)>;
+
 struct AdaptOptions {
   /// No accepted operation makes a cell worse than min(floor, what was there); the split of an edge longer
   /// than 2 may go down to min(0.4 floor, what was there).
   double quality_floor = 0.1;
-  double start_size = 0.0;  ///< first size floor; 0: the longest edge of the seed
-  double end_size = 0.0;    ///< smallest wanted size: the last floor is twice as large; 0: no steps between
+  double start_size =
+      0.0;                ///< first size floor; 0: the longest edge of the mesh, none when it is unit already
+  double end_size = 0.0;  ///< smallest wanted size: the last floor is twice as large; 0: no steps between
   int passes_per_step = 3;  ///< block passes per step of the homotopy
   int final_passes = 8;  ///< at most so many at the wanted metric, dearer ones; fewer where they gain little
   Align align = Align::kAnywhere;
   int block_vertices = 16384;  ///< vertices per block; fixed by the mesh, never by the thread count
+  IterationCallback after_step = {};
+  /// A snapshot of a run on the same mesh and metric with the same options, by the same build on the same
+  /// kind of machine: the run goes on from there and ends in the same bits. Must outlive the run.
+  std::string_view resume = {};
 };
 
 /// Work of one operator.
@@ -55,16 +75,18 @@ struct OperatorStats {
 
 /// State after one step of the homotopy: a row of the paper's Table 1.
 struct AdaptStep {
+  std::int64_t number = 0;  ///< 1, 2, ...
   double size_floor = 0.0;
   std::int64_t cells = 0, points = 0;
   double unit_share = 0.0, quality_min = 0.0, quality_mean = 0.0;
+  double far_share = 0.0;  ///< edges shorter than 1/2 or longer than 2
   double seconds = 0.0;
 };
 
 struct AdaptSummary {
   std::vector<AdaptStep> steps;
   std::vector<OperatorStats> operators;
-  double seconds = 0.0;
+  double seconds = 0.0;  ///< of this run, not of one that it resumed
   std::string stopped_because;
 };
 
@@ -73,8 +95,11 @@ struct AdaptSummary {
 /// facets of one tag in one plane counting as one; boundary facets may be missing from the list. Of the
 /// input's tags those of boundary facets and one that all cells share are kept, with names, fields are not.
 /// GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits for every
-/// thread count; (4) `metric` receives the metric of every vertex, evaluated at the wanted sizes. Errors:
-/// kAdapt (a boundary that is not made of flat pieces, tagged facets within the mesh), kInterrupted.
+/// thread count; (4) `metric` receives the metric of every vertex, at the size floor of the last step, which
+/// is the wanted metric unless `after_step` ended the run; (5) a mesh that is unit already and that polishing
+/// would hardly improve stays as it is, unless `start_size` is given. Errors: kAdapt (a boundary that is not
+/// made of flat pieces, tagged facets within the mesh, a snapshot of another run), kInterrupted as soon as
+/// `progress` asks for it; the mesh is then what it was.
 template <int D>
 AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,
                    const AdaptOptions& options, Progress* progress = nullptr);

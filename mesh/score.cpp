@@ -153,12 +153,7 @@ EdgeTally score_edges(const Mesh<D>& mesh, const std::vector<Metric<D>>& metric)
     EdgeTally tally;
     std::vector<Index> neighbours;
     for (std::size_t v = begin; v < end; ++v) {
-      neighbours.clear();
-      for (const Index c : cells.of(v))
-        for (const Index w : mesh.cells[c])
-          if (static_cast<std::size_t>(w) > v) neighbours.push_back(w);
-      std::sort(neighbours.begin(), neighbours.end());
-      neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
+      upper_neighbours<D>(mesh, cells, v, neighbours);
       for (const Index w : neighbours)
         tally.add(edge_length<D>(mesh.points[v], metric[v], mesh.points[w], metric[w]));
       tally.points += !cells.of(v).empty();

@@ -22,6 +22,8 @@ class CaseFlags {
 
   /// The case file, if any, with the flags over it. Errors: kUsage, kFileMissing.
   [[nodiscard]] Case read() const;
+  /// The flags over a case from elsewhere. Errors: kUsage.
+  [[nodiscard]] Case read_over(Case c) const { return with_flags(std::move(c)); }
   /// The flags alone.
   [[nodiscard]] Case read_flags() const { return with_flags({}); }
   /// The word after --case.

@@ -13,7 +13,7 @@ namespace {
 
 struct State {
   Adaptation adaptation;
-  std::string metric_out, report;
+  std::string metric_out, report, align = "none";
   bool quiet = false, verbose = false;
 };
 
@@ -67,6 +67,11 @@ void add_other_options(CLI::App& app, State& s) {
                              a.quality_floor))
       ->type_name("X")
       ->check(CLI::Range(0.0, 0.5));
+  app.add_option("--align", s.align,
+                 "where vertices go: none, anywhere, which makes the most regular cells, or layers, onto the "
+                 "levels of a metric with layers (none | layers; default: none)")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"none", "layers"}));
   app.add_option("--threads", a.threads,
                  "worker threads; 0: all of the machine's. The mesh does not depend on it (default: 0)")
       ->type_name("N")
@@ -79,6 +84,7 @@ int run(State& s) {
   Adaptation a = s.adaptation;
   if (!s.metric_out.empty()) a.metric_out = s.metric_out;
   if (!s.report.empty()) a.report = s.report;
+  if (s.align == "layers") a.align = Align::kLayers;
   Terminal terminal(s.quiet ? Verbosity::kQuiet : s.verbose ? Verbosity::kVerbose : Verbosity::kNormal);
   const AdaptationReport report = run_adaptation(a, &terminal);
   fmt::print("{}", adaptation_table(report));

@@ -10,7 +10,9 @@
 #include "apps/pipeline/adapt_suite.h"
 #include "apps/pipeline/detail/json.h"
 #include "apps/pipeline/output.h"
+#include "apps/pipeline/picture.h"
 #include "apps/pipeline/pipeline.h"
+#include "apps/pipeline/speedup_picture.h"
 #include "apps/pipeline/text.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -22,13 +24,13 @@ struct State {
   explicit State(CLI::App& app) : flags(app, {"body", "flow", "sizes", "domain", "levelset", "mesh"}) {}
   CaseFlags flags;
   int repeat = 1;
-  std::string csv, json, suite, data;
+  std::string csv, json, plot, suite, data;
   bool large = false;
 };
 
 struct Row {
   int threads = 0, repeat = 0;
-  double wall = 0.0, cpu = 0.0, peak = 0.0;
+  double wall = 0.0, cpu = 0.0, peak = 0.0, serial = 0.0;  ///< serial: share of the work
   std::int64_t cells = 0;
   std::uint64_t hash = 0;
   std::vector<StageCost> stages;
@@ -46,17 +48,20 @@ Row measure(Case c, int threads, int repeat, Progress& progress) {
   row.wall = total.wall_seconds;
   row.cpu = total.cpu_seconds;
   row.peak = total.peak_bytes;
+  row.serial = total.serial_fraction(threads);
   return row;
 }
 
 std::string csv_text(const std::vector<Row>& rows) {
   std::string out = "threads,repeat,cells,wall_seconds,cpu_seconds,cells_per_second,peak_bytes,mesh_hash";
-  for (const StageCost& s : rows.front().stages) out += fmt::format(",{}_seconds", s.name);
+  for (const StageCost& s : rows.front().stages)
+    out += fmt::format(",{}_seconds,{}_serial_seconds", s.name, s.name);
   out += "\n";
   for (const Row& r : rows) {
     out += fmt::format("{},{},{},{:.4f},{:.4f},{:.1f},{:.0f},{:016x}", r.threads, r.repeat, r.cells, r.wall,
                        r.cpu, static_cast<double>(r.cells) / r.wall, r.peak, r.hash);
-    for (const StageCost& s : r.stages) out += fmt::format(",{:.4f}", s.wall_seconds);
+    for (const StageCost& s : r.stages)
+      out += fmt::format(",{:.4f},{:.4f}", s.wall_seconds, s.serial_seconds);
     out += "\n";
   }
   return out;
@@ -67,7 +72,11 @@ std::string rows_json(const std::vector<Row>& rows, const Case& c, bool identica
   for (const Row& r : rows) {
     Json stages = Json::array();
     for (const StageCost& s : r.stages)
-      stages.push_back({{"name", s.name}, {"wall_seconds", s.wall_seconds}, {"cpu_seconds", s.cpu_seconds}});
+      stages.push_back({{"name", s.name},
+                        {"wall_seconds", s.wall_seconds},
+                        {"cpu_seconds", s.cpu_seconds},
+                        {"user_seconds", s.user_seconds},
+                        {"serial_seconds", s.serial_seconds}});
     runs.push_back({{"threads", r.threads},
                     {"repeat", r.repeat},
                     {"cells", r.cells},
@@ -85,13 +94,56 @@ std::string rows_json(const std::vector<Row>& rows, const Case& c, bool identica
                     {"runs", runs}});
 }
 
+/// The fastest run on that many threads.
+const Row& fastest(const std::vector<Row>& rows, int threads) {
+  const Row* best = nullptr;
+  for (const Row& r : rows)
+    if (r.threads == threads && (best == nullptr || r.wall < best->wall)) best = &r;
+  return *best;
+}
+
+/// How much faster runs and their parts are than on one thread.
+std::vector<Speedup> speedups(const std::vector<Row>& rows) {
+  const Row& one = fastest(rows, 1);
+  std::vector<Speedup> out = {{.name = "whole run"}};
+  for (const StageCost& s : one.stages)
+    if (s.wall_seconds > 0.05 * one.wall) out.push_back({.name = s.name});
+  for (int threads = 1; threads <= rows.back().threads; ++threads) {
+    const Row& r = fastest(rows, threads);
+    out[0].values.push_back(one.wall / r.wall);
+    for (std::size_t i = 0; i < one.stages.size(); ++i)
+      for (Speedup& line : out)
+        if (line.name == one.stages[i].name)
+          line.values.push_back(one.stages[i].wall_seconds / r.stages[i].wall_seconds);
+  }
+  return out;
+}
+
+void print_speedups(const std::vector<Row>& rows) {
+  const Row& one = fastest(rows, 1);
+  fmt::print("\n{:<14}{:>10}{:>10}{:>10}  speed-up on 1, 2, ... threads\n", "stage", "wall s", "serial s",
+             "serial %");
+  const auto lines = speedups(rows);
+  const auto print = [&](const std::string& name, const StageCost& cost) {
+    fmt::print("{:<14}{:>10.2f}{:>10.2f}{:>10.2f}  ", name, cost.wall_seconds, cost.serial_seconds,
+               100.0 * cost.serial_fraction(1));
+    for (const Speedup& line : lines)
+      if (line.name == name)
+        for (const double v : line.values) fmt::print(" {:.2f}", v);
+    fmt::print("\n");
+  };
+  for (const StageCost& s : one.stages) print(s.name, s);
+  print("whole run", total_cost(one.stages));
+}
+
 int run(const State& state) {
   Case c = state.flags.read();
   c.outputs.clear();
-  c.metric_out = c.levelset_out = c.report = c.picture = std::nullopt;
+  c.metric_out = c.levelset_out = c.report = c.picture = c.checkpoint = std::nullopt;
   OutputSet outputs;
-  for (const std::string& path : {state.csv, state.json})
+  for (const std::string& path : {state.csv, state.json, state.plot})
     if (!path.empty()) outputs.expect(path, c.body);
+  if (!state.plot.empty()) check_picture_extension(state.plot);
   const int most = c.threads > 0 ? c.threads : hardware_threads();
   Terminal terminal(state.flags.verbosity());
   std::vector<Row> rows;
@@ -106,6 +158,9 @@ int run(const State& state) {
   }
   const bool identical =
       std::all_of(rows.begin(), rows.end(), [&](const Row& r) { return r.hash == rows[0].hash; });
+  print_speedups(rows);
+  if (!state.plot.empty())
+    outputs.write(state.plot, [&](const auto& path) { draw_speedups(path, speedups(rows)); });
   if (!state.csv.empty()) outputs.write_text(state.csv, csv_text(rows));
   if (!state.json.empty()) outputs.write_text(state.json, rows_json(rows, c, identical));
   outputs.commit();
@@ -116,8 +171,8 @@ int run(const State& state) {
 
 /// `--suite adapt`: one row per analytic metric.
 int run_suite(const State& state) {
-  if (!state.csv.empty() || state.repeat != 1)
-    throw Error(ErrorCode::kUsage, "--csv and --repeat are for whole runs, not for --suite");
+  if (!state.csv.empty() || !state.plot.empty() || state.repeat != 1)
+    throw Error(ErrorCode::kUsage, "--csv, --plot and --repeat are for whole runs, not for --suite");
   const Case given = state.flags.read_flags();
   if (!given.body.empty())
     throw Error(ErrorCode::kUsage,
@@ -172,6 +227,8 @@ void add_bench(CLI::App& root, Commands& commands) {
       ->check(CLI::Range(1, 1000));
   app->add_option("--csv", state->csv, "table to write")->type_name("FILE.csv");
   app->add_option("--json", state->json, "details to write")->type_name("FILE.json");
+  app->add_option("--plot", state->plot, "speed-up over threads to draw: .png, .svg or .pdf")
+      ->type_name("FILE");
   auto* suite = app->add_option("--suite", state->suite, "benchmark to run instead of a case: adapt");
   suite->type_name("NAME")->check(CLI::IsMember({"adapt"}));
   app->add_flag("--large", state->large, "the large cases of the suite too")->needs(suite);

@@ -4,6 +4,7 @@
 
 #include "apps/cli/case_flags.h"
 #include "apps/cli/command.h"
+#include "apps/pipeline/checkpoint.h"
 #include "apps/pipeline/pipeline.h"
 #include "core/error.h"
 
@@ -20,16 +21,31 @@ void add_mesh(CLI::App& root, Commands& commands) {
   struct State {
     explicit State(CLI::App& a) : flags(a, all_tables()) {}
     CaseFlags flags;
+    std::string resume;
     bool markdown = false;
+    [[nodiscard]] Case read() const {
+      if (resume.empty()) return flags.read();
+      if (!flags.case_word().empty())
+        throw Error(ErrorCode::kUsage, "both --resume and --case are given: the folder holds the case");
+      Case c = flags.read_over(read_case(checkpoint_case_path(resume)));
+      c.checkpoint = resume;
+      c.resume = true;
+      return c;
+    }
   };
   auto state = std::make_shared<State>(*app);
   app->add_flag("--help-markdown", state->markdown, "print the table of options as markdown")->group("");
+  app->add_option(
+         "--resume", state->resume,
+         "folder of a run with --checkpoint: goes on from its last step, and makes the mesh that the "
+         "run would have made")
+      ->type_name("DIR");
   commands.push_back({app, [state] {
                         if (state->markdown) {
                           fmt::print("{}", options_markdown());
                           return kDone;
                         }
-                        const Case c = state->flags.read();
+                        const Case c = state->read();
                         if (c.outputs.empty())
                           throw Error(ErrorCode::kUsage,
                                       "no output is given: name a mesh file with -o FILE.vtu");

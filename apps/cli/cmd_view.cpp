@@ -33,6 +33,7 @@ struct State {
 
 const std::vector<std::pair<std::string, PictureColor>> kColors = {{"quality", PictureColor::kQuality},
                                                                    {"region", PictureColor::kRegion},
+                                                                   {"levels", PictureColor::kLevels},
                                                                    {"size", PictureColor::kSize},
                                                                    {"none", PictureColor::kPlain}};
 
@@ -176,9 +177,10 @@ void add_view(CLI::App& root, Commands& commands) {
                   "a mesh (formats: lamina convert --help); a body: .stl, .obj, .ply or .vdb")
       ->required();
   app->add_option("-o,--out", state->out, "file to write: .png, .svg or .pdf")->required()->type_name("FILE");
-  app->add_option("--color", state->color,
-                  "of a mesh: quality | region | size | none (default: quality); of a body: curvature | "
-                  "reliability | none (default: curvature)")
+  app->add_option(
+         "--color", state->color,
+         "of a mesh: quality | region | levels | size | none (default: quality); of a body: curvature | "
+         "reliability | none (default: curvature)")
       ->type_name("NAME");
   app->add_option("--width", state->width, "width of the picture (pixels; in [200, 8000]; default: 1400)")
       ->type_name("N")

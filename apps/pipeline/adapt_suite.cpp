@@ -34,15 +34,17 @@ template <int D>
 SuiteRow run(const SuiteCase& c, const std::filesystem::path& data, StageRecorder& stages) {
   SuiteRow row;
   row.wanted = c;
-  const auto formula = make_analytic_metric<D>(c.name);
+  const auto formula = make_analytic_metric<D>(c.metric());
   Mesh<D> mesh = start_mesh<D>(c, *formula, data);
   row.start_cells = static_cast<std::int64_t>(mesh.cells.size());
   AdaptOptions options;
   options.end_size = formula->smallest();
+  if (c.aligned()) options.align = Align::kLayers;
   std::vector<Metric<D>> metric;
   stages.stage(c.name);
   const double before = user_seconds();
-  adapt<D>(mesh, AnalyticFamily<D>(*formula), metric, options, &stages);
+  const AnalyticFamily<D> family(*formula);
+  adapt<D>(mesh, family, metric, options, &stages);
   row.user_seconds = user_seconds() - before;
   stages.done(fmt::format("{} cells", mesh.cells.size()));
   row.wall_seconds = stages.costs().back().wall_seconds;
@@ -54,6 +56,7 @@ SuiteRow run(const SuiteCase& c, const std::filesystem::path& data, StageRecorde
   row.unit_share = s.unit_share;
   row.quality_min = s.quality_min;
   row.quality_mean = s.quality_mean;
+  if (c.aligned()) row.layers = score_layers<D>(mesh, metric, family, wall_distances<D>(mesh, family));
   return row;
 }
 
@@ -70,6 +73,8 @@ const std::vector<SuiteCase>& adapt_suite() {
       {"cube-linear", 0.995, 0.45, 0.90, 2.5, "init-cube-linear.meshb"},
       {"polar-2", 0.98, 0.40, 0.87, 4.0, "init-polar-2.meshb"},
       {"sphere-bl-mild", 0.98, 0.25, 0.86, 45.0, "init-sphere-bl.meshb", true},
+      {"plane-bl/layers", 0.97, 0.20, 0.78, 18.0, "init-plane-bl.meshb"},
+      {"sphere-bl-mild/layers", 0.97, 0.20, 0.78, 54.0, "init-sphere-bl.meshb", true},
       {"circle-bl", 0.998, 0.40, 0.96, 0.8, "init-circle-bl.meshb"},
   };
   return cases;
@@ -80,6 +85,11 @@ std::vector<std::string> SuiteRow::missed() const {
   if (!(unit_share >= wanted.unit_share)) out.emplace_back("unit share");
   if (!(quality_min >= wanted.quality_min)) out.emplace_back("worst quality");
   if (!(quality_mean >= wanted.quality_mean)) out.emplace_back("mean quality");
+  if (layers) {
+    if (!(layers->mean_offset <= kWantedOffset)) out.emplace_back("offset from levels");
+    if (!(layers->wall_share() >= kWantedOnWall)) out.emplace_back("points on the wall");
+    if (!(layers->aligned_of_ideal() >= kWantedAligned)) out.emplace_back("aligned edges");
+  }
   if (threads == 1 && !(user_seconds <= wanted.seconds)) out.emplace_back("seconds");
   return out;
 }
@@ -101,7 +111,7 @@ SuiteRow run_suite_case(const SuiteCase& c, const std::filesystem::path& data, i
                         Progress* progress) {
   const ThreadLimit limit(threads);
   StageRecorder stages(progress);
-  SuiteRow row = analytic_dimension(c.name) == 2 ? run<2>(c, data, stages) : run<3>(c, data, stages);
+  SuiteRow row = analytic_dimension(c.metric()) == 2 ? run<2>(c, data, stages) : run<3>(c, data, stages);
   row.threads = threads > 0 ? threads : hardware_threads();
   return row;
 }
@@ -118,18 +128,27 @@ std::string suite_line(const SuiteRow& r) {
     const bool bad = std::find(missed.begin(), missed.end(), what) != missed.end();
     return text + (bad ? " !" : "  ");
   };
-  return fmt::format(
+  std::string line = fmt::format(
       "{:<24}{:>9}{:>18}{:>18}{:>18}{:>18}{:>9.2f}{:>10.0f}\n", w.name, r.cells,
       cell("unit share", fmt::format("{:.2f} >= {:.1f}", 100.0 * r.unit_share, 100.0 * w.unit_share)),
       cell("worst quality", fmt::format("{:.3f} >= {:.2f}", r.quality_min, w.quality_min)),
       cell("mean quality", fmt::format("{:.3f} >= {:.3f}", r.quality_mean, w.quality_mean)),
       cell("seconds", fmt::format("{:.2f} <= {:.1f}", r.user_seconds, w.seconds)), r.wall_seconds,
       r.peak_bytes / 1048576.0);
+  if (r.layers)
+    line += fmt::format(
+        "  mean offset {} of a layer, points on the wall {}, aligned edges {} of right columns\n",
+        cell("offset from levels", fmt::format("{:.4f} <= {:.2f}", r.layers->mean_offset, kWantedOffset)),
+        cell("points on the wall",
+             fmt::format("{:.1f} >= {:.0f} %", 100.0 * r.layers->wall_share(), 100.0 * kWantedOnWall)),
+        cell("aligned edges", fmt::format("{:.1f} >= {:.0f} %", 100.0 * r.layers->aligned_of_ideal(),
+                                          100.0 * kWantedAligned)));
+  return line;
 }
 
 std::string suite_json(const std::vector<SuiteRow>& rows) {
   Json cases = Json::array();
-  for (const SuiteRow& r : rows)
+  for (const SuiteRow& r : rows) {
     cases.push_back({{"name", r.wanted.name},
                      {"start_cells", r.start_cells},
                      {"cells", r.cells},
@@ -147,6 +166,8 @@ std::string suite_json(const std::vector<SuiteRow>& rows) {
                        {"quality_mean", r.wanted.quality_mean},
                        {"user_seconds", r.wanted.seconds}}},
                      {"missed", r.missed()}});
+    if (r.layers) cases.back()["levels"] = to_json(*r.layers);
+  }
   return json_text({{"lamina", version()}, {"hardware_threads", hardware_threads()}, {"cases", cases}});
 }
 

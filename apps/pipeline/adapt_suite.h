@@ -2,21 +2,30 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/progress.h"
+#include "mesh/layer_score.h"
 
 namespace lamina {
 
 struct SuiteCase {
-  std::string name;  ///< also the analytic metric, see core/analytic_metric.h
+  std::string name;  ///< the analytic metric, see core/analytic_metric.h; "/layers" behind it: aligned
   /// Targets: at least this share of unit edges, worst and mean quality, in at most these user seconds of
   /// adapt() on one thread.
   double unit_share = 0.0, quality_min = 0.0, quality_mean = 0.0, seconds = 0.0;
   std::string start;   ///< file of the start mesh in a folder of data
   bool large = false;  ///< takes minutes
+
+  [[nodiscard]] std::string metric() const { return name.substr(0, name.find('/')); }
+  [[nodiscard]] bool aligned() const { return name.find('/') != std::string::npos; }
 };
+
+/// Targets of aligned cases: at most this mean offset, in layers; at least these shares of the ideal number
+/// of points on the wall and of the aligned edges that right columns have.
+inline constexpr double kWantedOffset = 0.05, kWantedOnWall = 0.80, kWantedAligned = 0.75;
 
 const std::vector<SuiteCase>& adapt_suite();
 
@@ -24,6 +33,7 @@ struct SuiteRow {
   SuiteCase wanted;
   std::int64_t start_cells = 0, cells = 0, points = 0;
   double unit_share = 0.0, quality_min = 0.0, quality_mean = 0.0;
+  std::optional<LayerScore> layers;  ///< of an aligned case
   double user_seconds = 0.0, wall_seconds = 0.0, peak_bytes = 0.0;
   int threads = 1;
 

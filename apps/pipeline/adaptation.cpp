@@ -270,6 +270,7 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
   std::vector<Metric<D>> metric;
   AdaptOptions options;
   options.quality_floor = a.quality_floor;
+  options.align = a.align;
   options.end_size = wanted->smallest;
   report.adapt = adapt<D>(mesh, *wanted->family(), metric, options, &stages);
   if (wanted->formula && a.gradation > 0.0) bound_growth<D>(a, options, *wanted, mesh, metric, stages);
@@ -280,6 +281,9 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
   stages.stage("check");
   report.validation = require_valid<D>(mesh);
   report.score = score<D>(mesh, metric);
+  const std::unique_ptr<const AdaptMetric<D>> family = wanted->family();
+  if (const std::vector<double> phi = wall_distances<D>(mesh, *family); !phi.empty())
+    report.layers = score_layers<D>(mesh, metric, *family, phi);
   stages.done(fmt::format("valid, {:.1f} % unit edges, worst quality {:.3g}", 100.0 * report.score.unit_share,
                           report.score.quality_min));
 
@@ -302,13 +306,20 @@ AnyMesh start_mesh(const std::string& analytic) {
                                            : lattice.template operator()<3>();
 }
 
-/// An unknown or malformed formula is told before any file is read.
-void check_formula(const std::string& analytic) {
-  if (analytic.empty()) return;
-  if (analytic_dimension(analytic) == 2)
-    make_analytic_metric<2>(analytic);
-  else
-    make_analytic_metric<3>(analytic);
+template <int D>
+bool has_layers(const std::string& analytic) {
+  const auto metric = make_analytic_metric<D>(analytic);
+  return metric->wall_distance(metric->domain().center()).has_value();
+}
+
+/// An unknown or malformed formula, and layers that there are not, are told before any file is read.
+void check_formula(const Adaptation& a) {
+  const bool layers =
+      !a.analytic.empty() &&
+      (analytic_dimension(a.analytic) == 2 ? has_layers<2>(a.analytic) : has_layers<3>(a.analytic));
+  if (a.align == Align::kLayers && !layers)
+    throw Error(ErrorCode::kUsage,
+                "--align layers needs a metric with layers: those of --analytic whose names hold \"-bl\"");
 }
 
 Json given(double value) { return value > 0.0 ? Json(value) : Json(); }
@@ -319,7 +330,7 @@ Json given(const std::string& value) { return value.empty() ? Json() : Json(valu
 AdaptationReport run_adaptation(const Adaptation& a, Progress* progress) {
   const ThreadLimit limit(a.threads);
   check(a);
-  check_formula(a.analytic);
+  check_formula(a);
   StageRecorder stages(progress);
   OutputSet outputs;
   expect_outputs(a, outputs);
@@ -365,12 +376,14 @@ std::string adaptation_json(const AdaptationReport& r) {
         {"wanted_complexity", given(a.complexity)},
         {"scale", r.scale}}},
       {"quality_floor", a.quality_floor},
+      {"align", a.align == Align::kLayers ? "layers" : "none"},
       {"cells", r.cells},
       {"points", r.points},
       {"facets", r.facets},
       {"mesh_hash", fmt::format("{:016x}", r.mesh_hash)},
       {"validation", to_json(r.validation)},
       {"score", to_json(r.score)},
+      {"levels", r.layers ? to_json(*r.layers) : Json()},
       {"worst_cells", worst_cells_json(r.score)},
   };
   append_outcome(json, r);
@@ -389,6 +402,8 @@ std::string adaptation_table(const AdaptationReport& r) {
                                 r.score.length_min, r.score.length_max));
   row("quality", fmt::format("worst {:.3g}, mean {:.3f}", r.score.quality_min, r.score.quality_mean));
   row("aspect", fmt::format("largest {:.4g}, 99 % below {:.4g}", r.score.aspect_max, r.score.aspect_p99));
+  if (r.layers)
+    for (const auto& [name, text] : layer_rows(*r.layers)) row(name.c_str(), text);
   row("time", cost_text(r.stages, r.threads));
   for (const auto& file : r.files) row("file", file.string());
   return out;

@@ -10,6 +10,7 @@
 #include "apps/pipeline/outcome.h"
 #include "core/progress.h"
 #include "mesh/adapt.h"
+#include "mesh/layer_score.h"
 #include "mesh/score.h"
 #include "mesh/validate.h"
 
@@ -30,7 +31,8 @@ struct Adaptation {
   /// Bound on the growth of sizes per unit of metric length, see mesh/gradation.h; 0: none.
   double gradation = 0.0;
   double quality_floor = AdaptOptions{}.quality_floor;
-  int threads = 0;  ///< 0: all
+  Align align = Align::kAnywhere;  ///< kLayers: for metrics with layers only
+  int threads = 0;                 ///< 0: all
 };
 
 struct AdaptationReport : RunOutcome {
@@ -40,6 +42,7 @@ struct AdaptationReport : RunOutcome {
   std::int64_t points = 0, cells = 0, facets = 0;
   double scale = 1.0;  ///< factor on all sizes that --complexity asked for
   Score score;
+  std::optional<LayerScore> layers;  ///< of a metric with layers
   Validation validation;
   std::uint64_t mesh_hash = 0;
 };

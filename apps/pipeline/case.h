@@ -68,6 +68,8 @@ struct Case {
   std::optional<double> extrude;  ///< plane meshes are written as one layer of tetrahedra of this height
   std::vector<std::filesystem::path> outputs;
   std::optional<std::filesystem::path> metric_out, levelset_out, report, picture;
+  std::optional<std::filesystem::path> checkpoint;  ///< folder, see apps/pipeline/checkpoint.h
+  bool resume = false;                              ///< go on from the last step in `checkpoint`
   Plane picture_plane;
   std::optional<std::array<double, 4>> picture_window;  ///< u0 v0 u1 v1 in the plane; DEFAULT: Box2
   std::filesystem::path source;  ///< the case file this came from; empty when there was none

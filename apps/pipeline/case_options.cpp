@@ -451,6 +451,11 @@ void add_output(Options& o) {
                    [](Case& c) -> optional<Path>& { return c.report; }));
   o.push_back(bind(file("picture", "--picture", "picture of a slice to write: .png, .svg or .pdf"),
                    [](Case& c) -> optional<Path>& { return c.picture; }));
+  o.push_back(
+      bind(file("checkpoint", "--checkpoint",
+                "folder that gets a checkpoint after every step of the optimizer; lamina mesh --resume "
+                "goes on from the last"),
+           [](Case& c) -> optional<Path>& { return c.checkpoint; }));
   CaseOption plane =
       file("picture_plane", "--picture-plane", "plane of the picture: x=VALUE, y=VALUE or z=VALUE");
   o.push_back(bind(plane, [](Case& c) -> Plane& { return c.picture_plane; }));

@@ -24,7 +24,7 @@
 namespace lamina {
 namespace {
 
-constexpr int kLevels = 64;          // shades of a colour scale
+constexpr int kShades = 64;          // shades of a colour scale
 constexpr int kInk = 12;             // shades of outlines
 constexpr double kClipMargin = 8.0;  // pixels around the window that are drawn and cut off
 constexpr double kThinnest = 0.2;    // pixels; thinner cells have no outline
@@ -40,17 +40,21 @@ struct Coloring {
   [[nodiscard]] int level(Index cell) const {
     if (mode == PictureColor::kPlain) return 0;
     const double v = values[static_cast<std::size_t>(cell)];
-    if (mode == PictureColor::kRegion) return static_cast<int>(std::clamp(v, 0.0, kLevels - 1.0));
+    if (mode == PictureColor::kRegion) return static_cast<int>(std::clamp(v, 0.0, kShades - 1.0));
     const double t = high > low ? (v - low) / (high - low) : 0.5;
-    return static_cast<int>(std::clamp(t, 0.0, 1.0) * (kLevels - 1) + 0.5);
+    if (mode == PictureColor::kLevels)  // 0 is that of cells without a level
+      return v < 0.0 ? 0 : 1 + static_cast<int>(std::clamp(t, 0.0, 1.0) * (kShades - 2) + 0.5);
+    return static_cast<int>(std::clamp(t, 0.0, 1.0) * (kShades - 1) + 0.5);
   }
   [[nodiscard]] Rgb color(int level) const {
-    const double t = static_cast<double>(level) / (kLevels - 1);
+    const double t = static_cast<double>(level) / (kShades - 1);
     switch (mode) {
       case PictureColor::kQuality:
         return quality_color(t);
       case PictureColor::kRegion:
         return region_color(level);
+      case PictureColor::kLevels:
+        return level == 0 ? kPlainColor : quality_color(1.0 - t);
       case PictureColor::kSize:
         return size_color(t);
       default:
@@ -68,6 +72,14 @@ Coloring make_coloring(const Mesh<D>& mesh, PictureColor mode) {
   } else if (mode == PictureColor::kQuality) {
     for (const MeshField& f : mesh.cell_fields)
       if (f.name == "quality" && f.components == 1 && f.values.size() == n) c.values = f.values;
+  } else if (mode == PictureColor::kLevels) {
+    const MeshField* offset = mesh.point_field("level_offset");
+    if (offset == nullptr || offset->components != 1 || offset->values.size() != mesh.points.size()) return c;
+    c.high = 0.5;
+    c.values.assign(n, -1.0);
+    for (std::size_t i = 0; i < n; ++i)
+      for (const Index v : mesh.cells[i])
+        c.values[i] = std::max(c.values[i], offset->values[static_cast<std::size_t>(v)]);
   } else if (mode == PictureColor::kSize) {
     const MeshField* hn = mesh.point_field("hn");
     if (hn == nullptr || hn->components != 1 || hn->values.size() != mesh.points.size()) return c;
@@ -201,9 +213,9 @@ void add_path(cairo_t* to, const Piece& piece) {
 
 /// Fills all pieces level by level; `hairline` > 0 also strokes them, which closes the seams between them.
 void fill_pieces(cairo_t* to, const std::vector<Piece>& pieces, const Coloring& coloring, double hairline) {
-  std::array<std::vector<const Piece*>, kLevels> by_level;
+  std::array<std::vector<const Piece*>, kShades> by_level;
   for (const Piece& p : pieces) by_level[static_cast<std::size_t>(p.level)].push_back(&p);
-  for (int level = 0; level < kLevels; ++level) {
+  for (int level = 0; level < kShades; ++level) {
     const auto& group = by_level[static_cast<std::size_t>(level)];
     if (group.empty()) continue;
     const Rgb c = coloring.color(level);
@@ -339,13 +351,15 @@ void paint_color_bar(const Canvas& canvas, const Layout& l, const Coloring& c, d
                      double highest) {
   const double u = l.unit, width = 260.0 * u, x = l.page_width - 12.0 * u - width, height = 12.0 * u;
   canvas.color_bar(x, y - height, width, height,
-                   [&](double t) { return c.color(static_cast<int>(t * (kLevels - 1) + 0.5)); });
+                   [&](double t) { return c.color(static_cast<int>(t * (kShades - 1) + 0.5)); });
   const bool size = c.mode == PictureColor::kSize;
   const auto shown = [size](double v) { return fmt::format("{:.3g}", size ? std::exp(v) : v); };
   canvas.text(x, y + 18.0 * u, 14.0 * u, shown(c.low));
   canvas.text(x + width, y + 18.0 * u, 14.0 * u, shown(c.high), 1.0);
   const std::string name = size ? std::string("normal size, log scale")
-                                : fmt::format("quality {} .. {}", shown(lowest), shown(highest));
+                           : c.mode == PictureColor::kLevels
+                               ? std::string("farthest vertex from its level, in layers")
+                               : fmt::format("quality {} .. {}", shown(lowest), shown(highest));
   canvas.text(x - 12.0 * u, y, 14.0 * u, name, 1.0);
 }
 

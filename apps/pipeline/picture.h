@@ -17,6 +17,7 @@ enum class PictureColor {
   kPlain,    ///< one light grey
   kQuality,  ///< cell field "quality", red at 0, yellow, blue-white at 1
   kRegion,   ///< cell tags as Region, four light colours
+  kLevels,   ///< point field "level_offset", blue-white on the levels, red half a layer off, grey elsewhere
   kSize,     ///< point field "hn", logarithmic from the smallest to the largest in the window
 };
 

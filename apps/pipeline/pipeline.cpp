@@ -8,10 +8,12 @@
 #include <algorithm>
 #include <limits>
 
+#include "apps/pipeline/checkpoint.h"
 #include "apps/pipeline/detail/adapted.h"
 #include "apps/pipeline/output.h"
 #include "apps/pipeline/picture.h"
 #include "apps/pipeline/plan.h"
+#include "apps/pipeline/wall_judge.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/parallel.h"
@@ -38,6 +40,9 @@ class Homotopy : public AdaptMetric<D> {
   [[nodiscard]] std::optional<Level<D>> level(const Vec<D>& x, double size_floor) const override {
     const auto level = metric_.level(in_space<D>(x), size_floor);
     return level ? std::optional(section<D>(*level)) : std::nullopt;
+  }
+  [[nodiscard]] std::optional<double> wall_distance(const Vec<D>& x) const override {
+    return metric_.wall().phi(in_space<D>(x));
   }
 
  private:
@@ -98,6 +103,11 @@ bool expect_resolved_case(const Case& c, OutputSet& outputs, StageRecorder& stag
   return true;
 }
 
+void write_resolved_case(Case c, OutputSet& outputs) {
+  c.checkpoint.reset();  // whoever runs it again starts anew
+  outputs.write_text(resolved_case_path(c), case_text(c));
+}
+
 template <int D>
 void add_point_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector<Metric<D>>& vertex_metric) {
   const std::size_t n = mesh.points.size();
@@ -148,6 +158,8 @@ void finish_report(Report& report, const Body& body, const OutputSet& outputs, c
   report.threads = report.resolved.c.threads > 0 ? report.resolved.c.threads : hardware_threads();
   report.warnings = stages.warnings();
   report.missed = missed_properties(report.score);
+  for (std::string& line : missed_at_wall(report.wall, report.resolved.layer.h_min))
+    report.missed.push_back(std::move(line));
   report.files = outputs.targets();
 }
 
@@ -182,6 +194,22 @@ AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
   for (const SizedBox& b : r.sizes.boxes) options.end_size = std::min(options.end_size, b.size);
   if (body.user) options.end_size = std::min(options.end_size, body.user->smallest);
   return options;
+}
+
+/// What the run goes on from, or nothing. A fresh run gets its folder ready.
+std::string open_checkpoints(const Case& c) {
+  if (!c.checkpoint) return {};
+  if (c.resume) return read_last_checkpoint(*c.checkpoint, case_fingerprint(c));
+  begin_checkpoints(*c.checkpoint, c);
+  return {};
+}
+
+IterationCallback checkpoint_writer(const Case& c) {
+  if (!c.checkpoint) return {};
+  return [folder = *c.checkpoint, fingerprint = case_fingerprint(c)](const AdaptStep& step, Snapshot state) {
+    write_checkpoint(folder, step.number, fingerprint, state());
+    return true;
+  };
 }
 
 template <int D>
@@ -256,6 +284,18 @@ void check_kind(const Case& c, BodyKind kind) {
   }
 }
 
+std::vector<Vec3> facet_centers(const Surface& surface) {
+  constexpr std::size_t kMost = 200000;
+  const std::size_t step = 1 + surface.triangles.size() / kMost;
+  std::vector<Vec3> centers;
+  for (std::size_t i = 0; i < surface.triangles.size(); i += step) {
+    Vec3 sum = Vec3::Zero();
+    for (const Index v : surface.triangles[i]) sum += surface.points[static_cast<std::size_t>(v)];
+    centers.push_back(sum / 3.0);
+  }
+  return centers;
+}
+
 Body profile_body(const Case& c, Outline outline) {
   if (c.polyline || c.spline)
     for (OutlineCurve& curve : outline.curves) curve.smooth = c.spline;
@@ -282,9 +322,11 @@ Body load_surface(const Case& c, double scale, Progress* progress) {
     body.surface = std::move(report);
     return body;
   }
+  std::vector<Vec3> centers = facet_centers(surface);
   return {.level_set = LevelSet::from_surface(std::move(surface), c.level_set, progress),
           .kind = BodyKind::kSurface,
-          .surface = std::move(report)};
+          .surface = std::move(report),
+          .facet_centers = std::move(centers)};
 }
 
 Body load_profile(const Case& c, double scale) {
@@ -361,6 +403,13 @@ std::string size_text(const Body& body) {
                      counted(o.closed_curves + o.open_curves, "curve"));
 }
 
+template <int D>
+std::unique_ptr<const AdaptMetric<D>> metric_family(const WallMetric& metric) {
+  return std::make_unique<Homotopy<D>>(metric);
+}
+template std::unique_ptr<const AdaptMetric<2>> metric_family(const WallMetric&);
+template std::unique_ptr<const AdaptMetric<3>> metric_family(const WallMetric&);
+
 void pass_on_warnings(const Body& body, const ResolvedCase* resolved, Progress& progress) {
   static const std::vector<std::string> none;
   for (const auto* list : {&body.surface.warnings, &body.outline.warnings, &body.level_set.report().warnings,
@@ -373,6 +422,8 @@ namespace {
 struct Run {
   const Body& body;
   const WallMetric& metric;
+  const std::string& snapshot;  // to go on from
+  const IterationCallback& after_step;
   OutputSet& outputs;
   StageRecorder& stages;
   Report& report;
@@ -392,7 +443,10 @@ void make_mesh(const Run& run) {
 
   stages.stage("adapt");
   std::vector<Metric<D>> vertex_metric;
-  report.adapt = adapt<D>(mesh, Homotopy<D>(run.metric), vertex_metric, adapt_options(r, run.body), &stages);
+  AdaptOptions options = adapt_options(r, run.body);
+  options.resume = run.snapshot;
+  options.after_step = run.after_step;
+  report.adapt = adapt<D>(mesh, Homotopy<D>(run.metric), vertex_metric, options, &stages);
   stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
 
   stages.stage("check");
@@ -403,7 +457,11 @@ void make_mesh(const Run& run) {
 
   stages.stage("fields");
   add_point_fields<D>(mesh, run.metric, vertex_metric);
-  report.levels = fit_levels(r.layer, mesh.point_fields.front().values);
+  const std::vector<double>& phi = mesh.point_fields.front().values;
+  report.wall = judge_wall<D>(mesh, phi, run.body, run.metric);
+  std::vector<double> offsets;
+  report.levels = score_layers<D>(mesh, vertex_metric, Homotopy<D>(run.metric), phi, &offsets);
+  mesh.point_fields.push_back({"level_offset", 1, std::move(offsets)});
   add_cell_fields<D>(mesh, run.metric, vertex_metric);
   stages.done(
       fmt::format("{} point and {} cell fields", mesh.point_fields.size(), mesh.cell_fields.size() + 1));
@@ -421,6 +479,7 @@ Report run_case(const Case& c, Progress* progress) {
   OutputSet outputs;
   expect_outputs(c, outputs);
   const bool with_case = expect_resolved_case(c, outputs, stages);
+  const std::string snapshot = open_checkpoints(c);
 
   stages.stage("level set");
   const Body body = load_body(c, &stages);
@@ -437,13 +496,14 @@ Report run_case(const Case& c, Progress* progress) {
   pass_on_warnings(body, &r, stages);
   stages.done(fmt::format("about {:.2g} cells", report.expected_cells));
 
-  const Run run{body, metric, outputs, stages, report};
+  const IterationCallback after_step = checkpoint_writer(c);
+  const Run run{body, metric, snapshot, after_step, outputs, stages, report};
   if (body.planar()) {
     make_mesh<2>(run);
   } else {
     make_mesh<3>(run);
   }
-  if (with_case) outputs.write_text(resolved_case_path(c), case_text(r.c));
+  if (with_case) write_resolved_case(r.c, outputs);
   stages.done(fmt::format("{} files", outputs.targets().size()));
 
   finish_report(report, body, outputs, stages);

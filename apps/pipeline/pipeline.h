@@ -26,10 +26,11 @@ struct UserMetric {
 struct Body {
   LevelSet level_set;
   BodyKind kind = BodyKind::kSurface;
-  SurfaceReport surface = {};           ///< of a surface
-  OutlineReport outline = {};           ///< of a profile
-  std::vector<SizeGrid> painted = {};   ///< --size-grid
-  std::optional<UserMetric> user = {};  ///< --metric
+  SurfaceReport surface = {};            ///< of a surface
+  OutlineReport outline = {};            ///< of a profile
+  std::vector<SizeGrid> painted = {};    ///< --size-grid
+  std::optional<UserMetric> user = {};   ///< --metric
+  std::vector<Vec3> facet_centers = {};  ///< of a surface; of a large one every n-th
 
   /// A plane body: the mesh is one of triangles, boxes are endless in z.
   [[nodiscard]] bool planar() const { return kind == BodyKind::kProfile; }
@@ -40,6 +41,11 @@ Body load_body(const Case& c, Progress* progress);
 
 /// Metric of a resolved case. REQUIRES body to outlive it.
 WallMetric wall_metric(const Body& body, const ResolvedCase& r);
+
+/// The metric of a wall as the family that the optimizer and the judges of meshes ask for. REQUIRES metric to
+/// outlive it.
+template <int D>
+std::unique_ptr<const AdaptMetric<D>> metric_family(const WallMetric& metric);
 
 /// Fills every default of the case that depends on the body (length, layers, boxes, sizes) and checks it.
 ResolvedCase resolve_case(const Case& c, const Body& body);

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "apps/pipeline/detail/json.h"
+#include "core/words.h"
 
 namespace lamina {
 namespace {
@@ -47,21 +48,13 @@ std::int64_t Report::cells() const {
 
 std::int64_t Report::box2_cells() const { return cells() - region_count(*this, Region::kBox1); }
 
-LevelFit fit_levels(const BoundaryLayer& layer, const std::vector<double>& phi) {
-  constexpr double kOnLevel = 0.05;
-  LevelFit fit;
-  for (const double height : phi) {
-    if (height < -kOnLevel * layer.h_min || height > layer.top()) continue;
-    const double k = layer.level_at(std::max(height, 0.0));
-    const double offset = std::abs(k - std::round(k));
-    ++fit.points;
-    fit.mean_offset += offset;
-    if (offset > kOnLevel) continue;
-    ++fit.on_level;
-    fit.on_wall += k < 0.5;
-  }
-  if (fit.points > 0) fit.mean_offset /= static_cast<double>(fit.points);
-  return fit;
+std::vector<std::pair<std::string, std::string>> layer_rows(const LayerScore& s) {
+  return {{"on levels", fmt::format("{:.1f} % of the {} points in layers, mean offset {:.3f} of a layer",
+                                    percent(s.on_level, s.points), s.points, s.mean_offset)},
+          {"on the wall",
+           fmt::format("{} points, {:.1f} % of the ideal number", s.on_wall, 100.0 * s.wall_share())},
+          {"aligned edges", fmt::format("{:.1f} %, {:.1f} % of what right columns have",
+                                        100.0 * s.aligned_share(), 100.0 * s.aligned_of_ideal())}};
 }
 
 std::vector<std::string> missed_properties(const Score& score) {
@@ -75,6 +68,31 @@ std::vector<std::string> missed_properties(const Score& score) {
                                  score.quality_min, x[0], x[1], x[2], kWantedQuality));
   }
   return missed;
+}
+
+std::vector<std::string> missed_at_wall(const WallFit& wall, double h_min) {
+  std::vector<std::string> missed;
+  const auto at = [](const Vec3& x) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", x[0], x[1], x[2]); };
+  const WallFit::Worst& worst = wall.to_mesh.distance > wall.to_wall.distance ? wall.to_mesh : wall.to_wall;
+  if (!(worst.distance <= kWantedWallFit * h_min))
+    missed.push_back(
+        fmt::format("wall: the mesh's strays from the body's by {:.3g} = {:.2f} h_min near {}, wanted at "
+                    "most {:g} h_min where it is smooth",
+                    worst.distance, worst.distance / h_min, at(worst.at), kWantedWallFit));
+  if (wall.straddling > 0)
+    missed.push_back(
+        fmt::format("interface: {} the wall with an edge longer than {:g} in its metric, the longest "
+                    "{:.1f} near {}",
+                    counted(wall.straddling, "cell straddles", "cells straddle"), WallFit::kTooLong,
+                    wall.worst.front().length, at(wall.worst.front().at)));
+  return missed;
+}
+
+std::string wall_text(const WallFit& wall, double h_min) {
+  return fmt::format(
+      "off the body's by {:.3f} h_min at most, the body's off it by {:.3f}; {} too large there",
+      wall.to_wall.distance / h_min, wall.to_mesh.distance / h_min,
+      counted(wall.straddling, "cell", "cells"));
 }
 
 std::string report_json(const Report& r) {
@@ -93,11 +111,8 @@ std::string report_json(const Report& r) {
       {"expected_cells", r.expected_cells},
       {"points", r.points},
       {"facets", r.facets},
-      {"levels",
-       {{"points", r.levels.points},
-        {"on_level", r.levels.on_level},
-        {"on_wall", r.levels.on_wall},
-        {"mean_offset", r.levels.mean_offset}}},
+      {"levels", to_json(r.levels)},
+      {"wall", to_json(r.wall)},
       {"mesh_hash", fmt::format("{:016x}", r.mesh_hash)},
       {"validation", to_json(r.validation)},
       {"score", to_json(r.score)},
@@ -123,9 +138,8 @@ std::string report_table(const Report& r) {
   count("  in Box2", r.box2_cells());
   count("  in layers", region_count(r, Region::kLayer));
   count("  inside", region_count(r, Region::kInside));
-  row("on levels",
-      fmt::format("{:.1f} % of the {} points in layers, mean offset {:.3f} of a layer",
-                  percent(r.levels.on_level, r.levels.points), r.levels.points, r.levels.mean_offset));
+  for (const auto& [name, text] : layer_rows(r.levels)) row(name.c_str(), text);
+  row("wall", wall_text(r.wall, b.h_min));
   row("unit edges", fmt::format("{:.1f} %, metric lengths {:.3g} to {:.3g}", 100.0 * r.score.unit_share,
                                 r.score.length_min, r.score.length_max));
   row("quality", fmt::format("worst {:.3g}, mean {:.3f}", r.score.quality_min, r.score.quality_mean));

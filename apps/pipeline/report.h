@@ -5,13 +5,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/pipeline/case.h"
 #include "apps/pipeline/outcome.h"
 #include "mesh/adapt.h"
+#include "mesh/layer_score.h"
 #include "mesh/score.h"
 #include "mesh/validate.h"
+#include "mesh/wall_fit.h"
 
 namespace lamina {
 
@@ -22,17 +25,11 @@ std::string version();
 inline constexpr double kWantedUnitShare = 0.80;
 /// ... and no cell of lower quality (mean ratio in the metric).
 inline constexpr double kWantedQuality = 0.02;
+/// ... and where the body is smooth its wall is met to within this share of h_min.
+inline constexpr double kWantedWallFit = 0.5;
 
 /// Names of the regions, in the order of Region.
 inline constexpr std::array<const char*, 4> kRegionNames = {"inside", "layer", "Box2", "Box1"};
-
-/// Where the points of the layers lie.
-struct LevelFit {
-  std::int64_t points = 0;    ///< from the wall to the top of the layers
-  std::int64_t on_level = 0;  ///< within 5 % of a layer's thickness of a level
-  std::int64_t on_wall = 0;   ///< of those, on the wall
-  double mean_offset = 0.0;   ///< distance to the nearest level, in layers; 1/4 at random
-};
 
 struct Report : RunOutcome {
   std::string version;
@@ -43,7 +40,8 @@ struct Report : RunOutcome {
   LevelSetReport level_set;
   std::array<std::int64_t, 4> region_cells{};  ///< cells with their centroid in each Region
   std::int64_t points = 0, facets = 0;
-  LevelFit levels;
+  LayerScore levels;
+  WallFit wall;
   double expected_cells = 0.0;  ///< as predicted before the run
   Score score;
   std::vector<Region> worst_regions;  ///< of score.worst, in its order
@@ -55,11 +53,16 @@ struct Report : RunOutcome {
   [[nodiscard]] std::int64_t box2_cells() const;
 };
 
-/// From the signed distances of all points.
-LevelFit fit_levels(const BoundaryLayer& layer, const std::vector<double>& phi);
-
 /// The lines of Report::missed for a score.
 std::vector<std::string> missed_properties(const Score& score);
+
+/// Names and texts of the lines of a table.
+std::vector<std::pair<std::string, std::string>> layer_rows(const LayerScore& layers);
+
+/// The lines of Report::missed for a wall with a first layer of h_min.
+std::vector<std::string> missed_at_wall(const WallFit& wall, double h_min);
+/// The wall's line of a table.
+std::string wall_text(const WallFit& wall, double h_min);
 
 /// Everything, indented; numbers in full precision, seconds and bytes, infinite and undefined ones null.
 std::string report_json(const Report& report);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "core/parallel_time.h"
+
 namespace lamina {
 namespace {
 
@@ -48,11 +50,18 @@ double peak_resident_bytes() {
   return bytes;
 }
 
+double StageCost::serial_fraction(int threads) const {
+  const double alone = serial_seconds + threads * (wall_seconds - serial_seconds);
+  return alone > 0.0 ? serial_seconds / alone : 0.0;
+}
+
 StageCost total_cost(const std::vector<StageCost>& stages) {
   StageCost total;
   for (const StageCost& s : stages) {
     total.wall_seconds += s.wall_seconds;
     total.cpu_seconds += s.cpu_seconds;
+    total.user_seconds += s.user_seconds;
+    total.serial_seconds += s.serial_seconds;
     total.peak_bytes = std::max(total.peak_bytes, s.peak_bytes);
   }
   return total;
@@ -60,8 +69,9 @@ StageCost total_cost(const std::vector<StageCost>& stages) {
 
 std::string cost_text(const std::vector<StageCost>& stages, int threads) {
   const StageCost total = total_cost(stages);
-  return fmt::format("{:.1f} s wall, {:.1f} s cpu, {} threads, peak {:.0f} MiB", total.wall_seconds,
-                     total.cpu_seconds, threads, total.peak_bytes / 1048576.0);
+  return fmt::format("{:.1f} s wall, {:.1f} s cpu, {} threads, {:.1f} % serial, peak {:.0f} MiB",
+                     total.wall_seconds, total.cpu_seconds, threads, 100.0 * total.serial_fraction(threads),
+                     total.peak_bytes / 1048576.0);
 }
 
 void StageRecorder::stage(const std::string& name) {
@@ -71,6 +81,8 @@ void StageRecorder::stage(const std::string& name) {
   part_.clear();
   started_ = std::chrono::steady_clock::now();
   cpu_started_ = cpu_seconds();
+  user_started_ = user_seconds();
+  parallel_started_ = parallel_seconds();
   if (outer_ != nullptr) outer_->begin(name);
 }
 
@@ -79,6 +91,8 @@ void StageRecorder::done(const std::string& summary) {
     StageCost& cost = costs_.back();
     cost.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
     cost.cpu_seconds = cpu_seconds() - cpu_started_;
+    cost.user_seconds = user_seconds() - user_started_;
+    cost.serial_seconds = std::max(0.0, cost.wall_seconds - (parallel_seconds() - parallel_started_));
     cost.peak_bytes = peak_resident_bytes();
   }
   if (outer_ != nullptr) outer_->end(summary);

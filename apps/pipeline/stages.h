@@ -16,11 +16,17 @@ struct StageCost {
   double cpu_seconds = 0.0;  ///< user + system, all threads
   double peak_bytes =
       0.0;  ///< largest resident set while it ran (of the run so far where the kernel cannot reset it)
+  double user_seconds = 0.0;    ///< all threads
+  double serial_seconds = 0.0;  ///< wall seconds outside of parallel loops
+
+  /// Share of the work that one thread has to do alone: serial seconds over the wall seconds of one thread,
+  /// when parallel loops keep all threads busy.
+  [[nodiscard]] double serial_fraction(int threads) const;
 };
 
 /// Sums of the seconds and the largest peak of all stages.
 StageCost total_cost(const std::vector<StageCost>& stages);
-/// The same in words: "1.5 s wall, 2.5 s cpu, 2 threads, peak 100 MiB".
+/// The same in words: "1.5 s wall, 2.5 s cpu, 2 threads, 3.0 % serial, peak 100 MiB".
 std::string cost_text(const std::vector<StageCost>& stages, int threads);
 
 /// A Progress that measures. The pipeline calls stage() and done(); what libraries call begin/end inside a
@@ -49,7 +55,7 @@ class StageRecorder : public Progress {
   std::vector<std::string> warnings_;
   std::string part_;
   std::chrono::steady_clock::time_point started_;
-  double cpu_started_ = 0.0;
+  double cpu_started_ = 0.0, user_started_ = 0.0, parallel_started_ = 0.0;
 };
 
 /// User + system seconds of the process so far.

@@ -15,6 +15,7 @@
 #include "mesh/adapt/blocks.h"
 #include "mesh/adapt/boundary.h"
 #include "mesh/adapt/operators.h"
+#include "mesh/adapt/snapshot.h"
 
 namespace lamina {
 namespace {
@@ -64,7 +65,7 @@ double quality(const GlobalMesh<D>& mesh, std::size_t c) {
 template <int D>
 AdaptStep measure(const GlobalMesh<D>& mesh) {
   struct Sums {
-    std::int64_t unit = 0, edges = 0;
+    std::int64_t unit = 0, far = 0, edges = 0;
     double quality = 0.0, worst = 1.0;
   };
   const Sums sums = reduce(
@@ -80,18 +81,21 @@ AdaptStep measure(const GlobalMesh<D>& mesh) {
             const Index b = mesh.cells[c][e[1]];
             const double l = edge_length<D>(mesh.x[a], mesh.metric[a], mesh.x[b], mesh.metric[b]);
             s.unit += l >= kUnitMin && l <= kUnitMax;
+            s.far += l < 0.5 || l > 2.0;
             ++s.edges;
           }
         }
         return s;
       },
       [](const Sums& a, const Sums& b) {
-        return Sums{a.unit + b.unit, a.edges + b.edges, a.quality + b.quality, std::min(a.worst, b.worst)};
+        return Sums{a.unit + b.unit, a.far + b.far, a.edges + b.edges, a.quality + b.quality,
+                    std::min(a.worst, b.worst)};
       });
   AdaptStep step;
   step.cells = static_cast<std::int64_t>(mesh.cells.size());
   step.points = static_cast<std::int64_t>(mesh.x.size());
   step.unit_share = static_cast<double>(sums.unit) / static_cast<double>(sums.edges);
+  step.far_share = static_cast<double>(sums.far) / static_cast<double>(sums.edges);
   step.quality_min = sums.worst;
   step.quality_mean = sums.quality / static_cast<double>(mesh.cells.size());
   return step;
@@ -213,58 +217,135 @@ std::vector<double> size_floors(double start, double end) {
   return floors;
 }
 
+// A mesh that is unit in the wanted metric already goes no way from coarse to fine, and is left as it is
+// where polishing would move many vertices for next to nothing: an adapted mesh is a fixed point.
+
+/// Vertices that lie on levels are taken for placed there.
+template <int D>
+void find_levels(GlobalMesh<D>& mesh, const AdaptMetric<D>& field) {
+  constexpr double kThere = 1e-6;  // of a layer: far above rounding
+  for_each_index(
+      mesh.x.size(),
+      [&](std::size_t v) {
+        const auto level = field.level(mesh.x[v], 0.0);
+        if (level && level->metric.length(level->way) <= kThere) mesh.level[v] = level->number;
+      },
+      256);
+}
+
+template <int D>
+std::int64_t on_levels(const GlobalMesh<D>& mesh) {
+  return static_cast<std::int64_t>(mesh.level.size()) -
+         std::count(mesh.level.begin(), mesh.level.end(), kNoLevel);
+}
+
+template <int D>
+bool is_worthwhile(const AdaptStep& before, const GlobalMesh<D>& old, const AdaptStep& after,
+                   const GlobalMesh<D>& mesh, const AdaptOptions& options) {
+  constexpr double kGain = 0.005, kFewer = 1e-4, kMoreLevels = 0.01;
+  const double more = static_cast<double>(on_levels(mesh) - on_levels(old));
+  return after.unit_share > before.unit_share + kGain || after.quality_mean > before.quality_mean + kGain ||
+         after.far_share < before.far_share - kFewer ||
+         (before.quality_min < options.quality_floor && after.quality_min > 1.1 * before.quality_min) ||
+         (options.align == Align::kLayers && more > kMoreLevels * static_cast<double>(mesh.x.size()));
+}
+
+template <int D>
+AdaptState<D> first_state(const Mesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions& options) {
+  AdaptState<D> state;
+  for (const char* name : {"collapse", "split", "swap", "smooth", "repair", "stretch"}) {
+    state.summary.operators.emplace_back();
+    state.summary.operators.back().name = name;
+  }
+  state.mesh = import_mesh(mesh, state.tags);
+  double first = options.start_size;
+  if (!(first > 0.0)) {
+    constexpr double kUnitShare = 0.8;
+    evaluate_metric(state.mesh, field, 0.0, 0);
+    state.unit_already = measure(state.mesh).unit_share >= kUnitShare;
+    if (!state.unit_already) first = longest_edge(state.mesh);
+    if (state.unit_already && options.align == Align::kLayers) find_levels(state.mesh, field);
+  }
+  state.floors = size_floors(first, options.end_size);
+  return state;
+}
+
+template <int D>
+AdaptStep run_step(AdaptState<D>& state, const AdaptMetric<D>& field, const AdaptOptions& options,
+                   const Progress* progress) {
+  const auto start = std::chrono::steady_clock::now();
+  GlobalMesh<D>& mesh = state.mesh;
+  const double floor = state.floors[state.next];
+  const bool last = state.next + 1 == state.floors.size();
+  evaluate_metric(mesh, field, floor, begin_of(state.pass));
+  // Polishing looks at what the plain passes left alone.
+  if (last) std::fill(mesh.changed.begin(), mesh.changed.end(), begin_of(state.pass));
+  const int passes = last ? options.final_passes : options.passes_per_step;
+  constexpr double kWorthwhile = 0.0015;  // share of the edges that a final pass should make unit
+  double gain = 1.0;
+  double unit_share = 0.0;
+  for (int i = 0; i < passes && gain > kWorthwhile; ++i) {
+    if (progress != nullptr) progress->check_cancelled();
+    const auto sweeps = std::span(kSweeps).first(last ? kSweeps.size() : kPlainSweeps);
+    run_pass<D>(mesh, field, floor, options, state.pass++, sweeps, {}, state.summary);
+    if (!last) continue;
+    const double reached = measure(mesh).unit_share;
+    gain = reached - std::exchange(unit_share, reached);
+  }
+  if (last) {
+    state.pass = stretch(mesh, field, options, state.pass, state.summary);
+    mend(mesh, field, options, state.pass, state.summary);
+  }
+  AdaptStep step = measure(mesh);
+  step.number = static_cast<std::int64_t>(state.next) + 1;
+  step.size_floor = floor;
+  step.seconds = seconds_since(start);
+  return step;
+}
+
+template <int D>
+AdaptStep polish_if_worthwhile(AdaptState<D>& state, const AdaptMetric<D>& field, const AdaptOptions& options,
+                               const Progress* progress) {
+  const GlobalMesh<D> old = state.mesh;
+  AdaptStep before = measure(old);
+  const AdaptStep after = run_step(state, field, options, progress);
+  if (is_worthwhile(before, old, after, state.mesh, options)) return after;
+  state.mesh = old;
+  before.number = after.number;
+  before.seconds = after.seconds;
+  return before;
+}
+
 }  // namespace
 
 template <int D>
 AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,
                    const AdaptOptions& options, Progress* progress) {
   const auto start = std::chrono::steady_clock::now();
-  AdaptSummary summary;
-  for (const char* name : {"collapse", "split", "swap", "smooth", "repair", "stretch"}) {
-    summary.operators.emplace_back();
-    summary.operators.back().name = name;
+  AdaptState<D> state =
+      options.resume.empty() ? first_state<D>(mesh, field, options) : decode<D>(options.resume, options);
+  bool go_on = true;
+  while (go_on && state.next < state.floors.size()) {
+    const AdaptStep step = state.unit_already ? polish_if_worthwhile(state, field, options, progress)
+                                              : run_step(state, field, options, progress);
+    state.summary.steps.push_back(step);
+    ++state.next;
+    if (progress)
+      progress->update(static_cast<double>(state.next) / static_cast<double>(state.floors.size()),
+                       fmt::format("step {} of {}, {} cells, {:.1f} % unit edges", state.next,
+                                   state.floors.size(), step.cells, 100.0 * step.unit_share));
+    const auto snapshot = [&] { return encode(state, options); };
+    go_on = !options.after_step || options.after_step(step, snapshot);
   }
-  BoundaryTags tags;
-  GlobalMesh<D> global = import_mesh(mesh, tags);
-  const double start_size = options.start_size > 0.0 ? options.start_size : longest_edge(global);
-  const std::vector<double> floors = size_floors(start_size, options.end_size);
-  int pass = 0;
-  for (std::size_t k = 0; k < floors.size(); ++k) {
-    const auto step_start = std::chrono::steady_clock::now();
-    const bool last = k + 1 == floors.size();
-    evaluate_metric(global, field, floors[k], begin_of(pass));
-    // Polishing looks at what the plain passes left alone.
-    if (last) std::fill(global.changed.begin(), global.changed.end(), begin_of(pass));
-    const int passes = last ? options.final_passes : options.passes_per_step;
-    constexpr double kWorthwhile = 0.0015;  // share of the edges that a final pass should make unit
-    double gain = 1.0;
-    double unit_share = 0.0;
-    for (int i = 0; i < passes && gain > kWorthwhile; ++i) {
-      if (progress) progress->check_cancelled();
-      const auto sweeps = std::span(kSweeps).first(last ? kSweeps.size() : kPlainSweeps);
-      run_pass<D>(global, field, floors[k], options, pass++, sweeps, {}, summary);
-      if (!last) continue;
-      const double reached = measure(global).unit_share;
-      gain = reached - std::exchange(unit_share, reached);
-    }
-    if (last) {
-      pass = stretch(global, field, options, pass, summary);
-      mend(global, field, options, pass, summary);
-    }
-    AdaptStep step = measure(global);
-    step.size_floor = floors[k];
-    step.seconds = seconds_since(step_start);
-    summary.steps.push_back(step);
-    if (progress) {
-      progress->update(static_cast<double>(k + 1) / static_cast<double>(floors.size()),
-                       fmt::format("step {} of {}, {} cells, {:.1f} % unit edges", k + 1, floors.size(),
-                                   step.cells, 100.0 * step.unit_share));
-    }
-  }
-  export_mesh(global, tags, mesh);
-  metric = std::move(global.metric);
+  AdaptSummary summary = std::move(state.summary);
+  summary.stopped_because =
+      state.next == state.floors.size()
+          ? "all steps done"
+          : fmt::format("stopped by the caller after step {} of {}, at a size floor of {:.4g}", state.next,
+                        state.floors.size(), state.floors[state.next - 1]);
+  export_mesh(state.mesh, state.tags, mesh);
+  metric = std::move(state.mesh.metric);
   summary.seconds = seconds_since(start);
-  summary.stopped_because = "all steps done";
   return summary;
 }
 

@@ -2,6 +2,7 @@
 // vertex by vertex without a table of all of them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -42,6 +43,18 @@ Incidence incidence(std::size_t vertices, const std::vector<std::array<Index, N>
 template <std::size_t N>
 Incidence incidence(std::size_t vertices, const std::vector<std::array<Index, N>>& simplices) {
   return incidence(vertices, simplices, [](std::size_t) { return false; });
+}
+
+/// The vertices above v that share a cell with it, ascending: every edge comes once, at its lower vertex.
+/// `cells` is the incidence of the mesh's cells.
+template <int D>
+void upper_neighbours(const Mesh<D>& mesh, const Incidence& cells, std::size_t v, std::vector<Index>& out) {
+  out.clear();
+  for (const Index c : cells.of(v))
+    for (const Index w : mesh.cells[c])
+      if (static_cast<std::size_t>(w) > v) out.push_back(w);
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
 }
 
 }  // namespace lamina

@@ -88,6 +88,7 @@ Case unusual_case() {
   c.levelset_out = "out.vdb";
   c.report = "r.json";
   c.picture = "p.svg";
+  c.checkpoint = "saved";
   c.picture_plane = {2, -0.125};
   c.picture_window = {-1.0, -0.1, 1.0, 0.1};
   return c;

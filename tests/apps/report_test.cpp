@@ -69,6 +69,16 @@ TEST(Report, JsonHoldsWhatTheReadmePromises) {
   EXPECT_DOUBLE_EQ(json["peak_bytes"], 300.0);
 }
 
+// Two seconds of four are serial on two threads: one thread would take 2 + 2 x 2.
+TEST(Report, SerialFraction) {
+  StageCost cost;
+  cost.wall_seconds = 4.0;
+  cost.serial_seconds = 2.0;
+  EXPECT_DOUBLE_EQ(cost.serial_fraction(2), 1.0 / 3.0);
+  EXPECT_DOUBLE_EQ(cost.serial_fraction(1), 0.5);
+  EXPECT_EQ(StageCost().serial_fraction(1), 0.0);
+}
+
 TEST(Report, HistogramBinsCoverAllLengths) {
   const auto bins = parsed(example())["score"]["length"]["histogram"];
   ASSERT_EQ(bins.size(), Score::kLengthBins.size());
@@ -118,17 +128,22 @@ TEST(Report, MissedProperties) {
   EXPECT_EQ(missed_properties(s).size(), 2U);
 }
 
-// Levels at 0, 1e-3, 2.2e-3; the top of two layers is 2.2e-3.
-TEST(Report, PointsOnLevels) {
-  BoundaryLayer b;
-  b.h_min = 1e-3;
-  b.growth = 1.2;
-  b.layers = 2;
-  const LevelFit fit = fit_levels(b, {0.0, 1e-3, 2.2e-3, -1e-2, 3e-3, 1e-3 * (std::sqrt(1.2) - 1.0) / 0.2});
-  EXPECT_EQ(fit.points, 4);
-  EXPECT_EQ(fit.on_level, 3);
-  EXPECT_EQ(fit.on_wall, 1);
-  EXPECT_NEAR(fit.mean_offset, 0.125, 1e-6);  // one of four half a layer away
+TEST(Report, TellsOfLayersRelativeToTheIdeal) {
+  Report r = example();
+  r.levels.points = 200;
+  r.levels.on_level = 150;
+  r.levels.on_wall = 40;
+  r.levels.ideal_on_wall = 50.0;
+  r.levels.edges = 700;
+  r.levels.aligned = 200;
+  r.levels.mean_offset = 0.125;
+  const auto json = parsed(r)["levels"];
+  EXPECT_EQ(json["on_level"], 150);
+  EXPECT_NEAR(json["aligned_of_ideal"].get<double>(), 0.5, 1e-14);  // of 4/7
+  const std::string table = report_table(r);
+  for (const char* text :
+       {"75.0 % of the 200 points", "mean offset 0.125", "80.0 % of the ideal", "50.0 % of what"})
+    EXPECT_NE(table.find(text), std::string::npos) << text << "\n" << table;
 }
 
 }  // namespace

@@ -114,6 +114,42 @@ class Adapt(Case):
         self.assert_one_error(lamina("bench", "--large"), BAD_INPUT, "--suite")
         self.assertEqual(self.entries(), ["suite.json"])
 
+    def test_layers(self):
+        mesh, report = self.dir / "a.meshb", self.dir / "a.json"
+        metric = "circle-bl:hmin=0.01,H2=0.1"
+        told = {}
+        for align in ("none", "layers"):
+            self.adapt("--analytic", metric, "--align", align, "-o", mesh, "--report", report, "-q")
+            told[align] = read_json(report)["levels"]
+            self.assertEqual(json.loads(self.run_ok("score", mesh, "--analytic", metric, "--json"))["levels"], told[align])
+        # Anywhere is a quarter of a layer away; the circle has 1.88 / sqrt(2 R hmin) = 24 points.
+        self.assertAlmostEqual(told["none"]["mean_offset"], 0.25, delta=0.05)
+        self.assertLess(told["layers"]["mean_offset"], 0.05)
+        self.assertAlmostEqual(told["layers"]["ideal_on_wall"], 1.885 / 0.0781, delta=0.5)
+        self.assertGreater(told["layers"]["on_wall"], 0.8 * told["layers"]["ideal_on_wall"])
+        self.assertGreater(told["layers"]["aligned_of_ideal"], 1.5 * told["none"]["aligned_of_ideal"])
+        for metric in (("--analytic", "iso"), ("--metric", mesh)):
+            self.assert_one_error(lamina("adapt", mesh, *metric, "--align", "layers", "-o", self.dir / "b.meshb", "-q"),
+                                  BAD_INPUT, "--align layers", "-bl")
+
+    def test_score_by_the_body(self):
+        body, mesh = self.sample("sphere"), self.dir / "a.vtu"
+        self.run_ok("mesh", body, *support.COARSE, "-o", mesh, "--report", self.dir / "a.json", "-q")
+        told = read_json(self.dir / "a.json")
+        score = json.loads(self.run_ok("score", mesh, "--case", self.dir / "a.case.toml", "--json"))
+        self.assertEqual(score["wall"], told["wall"])
+        # On a level the optimizer has the metric of the level itself: another rounding.
+        for key, value in told["levels"].items():
+            self.assertAlmostEqual(score["levels"][key], value, delta=0.01 * value, msg=key)
+        self.assertEqual(score["wall"]["straddling_cells"], 0)
+        # Another body in the same mesh: its wall is not there.
+        small = self.dir / "small.stl"
+        self.run_ok("sample", "cube", "-o", small)
+        score = json.loads(self.run_ok("score", mesh, "--case", self.dir / "a.case.toml", "--body", small, "--json"))
+        self.assertGreater(score["wall"]["anywhere"]["largest"], 0.05)
+        self.assert_one_error(lamina("score", mesh, "--case", self.dir / "a.case.toml", "--analytic", "iso"), BAD_INPUT,
+                              "--analytic")
+
     def test_score_takes_one_metric(self):
         mesh = self.dir / "a.meshb"
         self.adapt("--analytic", "iso:h=0.5", "-o", mesh, "-q")

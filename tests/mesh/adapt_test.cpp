@@ -275,5 +275,155 @@ TYPED_TEST(Adapt, StopsWhenAsked) {
   }
 }
 
+constexpr std::size_t kSplitStats = 1;  // the place of "split" in AdaptSummary::operators
+
+template <int D>
+void expect_same_bits(const Mesh<D>& got, const Mesh<D>& expected) {
+  ASSERT_EQ(got.points.size(), expected.points.size());
+  EXPECT_EQ(got.cells, expected.cells);
+  EXPECT_EQ(got.facets, expected.facets);
+  EXPECT_EQ(got.facet_tags, expected.facet_tags);
+  EXPECT_EQ(std::memcmp(got.points.data(), expected.points.data(), sizeof(Vec<D>) * got.points.size()), 0);
+}
+
+TYPED_TEST(Adapt, EndsWhereTheCallbackSays) {
+  constexpr int D = TypeParam::value;
+  AdaptOptions options;
+  options.end_size = 0.01;
+  std::vector<double> floors;
+  options.after_step = [&](const AdaptStep& step, Snapshot) {
+    floors.push_back(step.size_floor);
+    EXPECT_EQ(step.number, static_cast<std::int64_t>(floors.size()));
+    return floors.size() < 2;
+  };
+  const auto a = adapt_unit_box<D>(TiltedPlane<D>(0.01, 0.1), options);
+  ASSERT_EQ(floors.size(), 2U);
+  EXPECT_LT(floors[1], floors[0]);
+  EXPECT_GT(floors[1], 0.0);
+  EXPECT_EQ(a.summary.steps.size(), 2U);
+  EXPECT_NE(a.summary.stopped_because.find("step 2"), std::string::npos) << a.summary.stopped_because;
+  const auto v = validate<D>(a.mesh, unit_box<D>());
+  EXPECT_TRUE(v.ok()) << v.summary();
+  EXPECT_GE(score<D>(a.mesh, a.metric).unit_share, 0.9);
+}
+
+TYPED_TEST(Adapt, ResumesFromEveryStepInTheSameBits) {
+  constexpr int D = TypeParam::value;
+  for (const Align align : {Align::kAnywhere, Align::kLayers}) {
+    AdaptOptions options;
+    options.end_size = 0.02;
+    options.align = align;
+    options.block_vertices = 300;
+    const TiltedPlane<D> field(0.02, 0.1);
+    std::vector<std::string> snapshots;
+    options.after_step = [&](const AdaptStep&, Snapshot snapshot) {
+      snapshots.push_back(snapshot());
+      return true;
+    };
+    const auto expected = adapt_unit_box<D>(field, options);
+    ASSERT_GE(snapshots.size(), 3U);
+    options.after_step = {};
+    for (const std::string& snapshot : snapshots) {
+      options.resume = snapshot;
+      Adapted<D> a;  // the mesh comes from the snapshot
+      a.summary = adapt<D>(a.mesh, field, a.metric, options);
+      expect_same_bits(a.mesh, expected.mesh);
+      ASSERT_EQ(a.summary.steps.size(), expected.summary.steps.size());
+      EXPECT_EQ(a.summary.operators[kSplitStats].accepted, expected.summary.operators[kSplitStats].accepted);
+    }
+  }
+}
+
+TYPED_TEST(Adapt, AnAdaptedMeshIsAFixedPoint) {
+  constexpr int D = TypeParam::value;
+  for (const Align align : {Align::kAnywhere, Align::kLayers}) {
+    AdaptOptions options;
+    options.end_size = 0.02;
+    options.align = align;
+    const TiltedPlane<D> field(0.02, 0.1);
+    auto a = adapt_unit_box<D>(field, options);
+    const Mesh<D> once = a.mesh;
+    const AdaptSummary summary = adapt<D>(a.mesh, field, a.metric, options);
+    EXPECT_EQ(summary.steps.size(), 1U);
+    expect_same_bits(a.mesh, once);
+    EXPECT_EQ(a.metric.size(), a.mesh.points.size());
+  }
+}
+
+// Unit, but not on levels; and unit but for one corner.
+TYPED_TEST(Adapt, AUnitMeshIsAdaptedWhereItGains) {
+  constexpr int D = TypeParam::value;
+  AdaptOptions options;
+  options.end_size = 0.02;
+  const TiltedPlane<D> field(0.02, 0.1);
+  const auto a = adapt_unit_box<D>(field, options);
+  options.align = Align::kLayers;
+  Mesh<D> mesh = a.mesh;
+  std::vector<Metric<D>> metric;
+  adapt<D>(mesh, field, metric, options);
+  std::int64_t in_layers = 0, on_level = 0;
+  for (const Vec<D>& x : mesh.points) {
+    const auto level = field.level(x, 0.0);
+    if (!level) continue;
+    ++in_layers;
+    on_level += level->metric.length(level->way) < 0.05;
+  }
+  EXPECT_GE(on_level, in_layers * 9 / 10);
+
+  class FineCorner : public TiltedPlane<D> {
+   public:
+    FineCorner() : TiltedPlane<D>(0.02, 0.1) {}
+    Metric<D> at(const Vec<D>& x, double floor) const override {
+      const Metric<D> m = TiltedPlane<D>::at(x, floor);
+      return x.norm() < 0.15 ? m.scaled(0.25) : m;
+    }
+  };
+  options.align = Align::kAnywhere;
+  mesh = a.mesh;
+  adapt<D>(mesh, FineCorner(), metric, options);
+  EXPECT_GT(mesh.points.size(), a.mesh.points.size());
+  EXPECT_LT(score<D>(mesh, metric).long_share, 2e-3);
+}
+
+TYPED_TEST(Adapt, RefusesForeignSnapshots) {
+  constexpr int D = TypeParam::value;
+  AdaptOptions options;
+  options.end_size = 0.2;
+  const Uniform<D> field(0.2);
+  std::string snapshot;
+  options.after_step = [&](const AdaptStep&, Snapshot take) {
+    snapshot = take();
+    return true;
+  };
+  adapt_unit_box<D>(field, options);
+  const auto refused = [&](std::string_view bytes, AdaptOptions with) {
+    with.after_step = {};
+    with.resume = bytes;
+    Mesh<D> mesh;
+    std::vector<Metric<D>> metric;
+    try {
+      adapt<D>(mesh, field, metric, with);
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::kAdapt);
+      return true;
+    }
+    return false;
+  };
+  EXPECT_FALSE(refused(snapshot, options));
+  for (std::size_t n = 1; n < snapshot.size(); n += 1 + snapshot.size() / 50)
+    EXPECT_TRUE(refused(std::string_view(snapshot).substr(0, n), options)) << n;
+  EXPECT_TRUE(refused(snapshot + "x", options));
+  EXPECT_TRUE(refused("not a snapshot, but long enough to be read as the head of one", options));
+  AdaptOptions other = options;
+  other.quality_floor = 0.2;
+  EXPECT_TRUE(refused(snapshot, other));
+  Mesh<5 - D> mesh;
+  std::vector<Metric<5 - D>> metric;
+  AdaptOptions with = options;
+  with.after_step = {};
+  with.resume = snapshot;
+  EXPECT_THROW(adapt<5 - D>(mesh, Uniform<5 - D>(0.2), metric, with), Error);
+}
+
 }  // namespace
 }  // namespace lamina

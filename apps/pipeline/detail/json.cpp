@@ -48,6 +48,32 @@ Json to_json(const Score& s) {
           {"aspect", {{"max", s.aspect_max}, {"p99", s.aspect_p99}}}};
 }
 
+Json to_json(const LayerScore& s) {
+  return {{"points", s.points},
+          {"on_level", s.on_level},
+          {"mean_offset", s.mean_offset},
+          {"on_wall", s.on_wall},
+          {"ideal_on_wall", s.ideal_on_wall},
+          {"edges", s.edges},
+          {"aligned_edges", s.aligned},
+          {"aligned_of_ideal", s.aligned_of_ideal()}};
+}
+
+Json to_json(const WallFit& w) {
+  Json worst = Json::array();
+  for (const WallFit::Straddler& s : w.worst)
+    worst.push_back({{"cell", s.cell}, {"length", s.length}, {"at", to_json(s.at)}});
+  const auto distance = [](const WallFit::Worst& d, std::int64_t points) {
+    return Json{{"points", points}, {"largest", d.distance}, {"at", to_json(d.at)}};
+  };
+  return {{"mesh_to_body", distance(w.to_wall, w.mesh_points)},
+          {"body_to_mesh", distance(w.to_mesh, w.wall_points)},
+          {"anywhere", {{"largest", w.anywhere.distance}, {"at", to_json(w.anywhere.at)}}},
+          {"points_outside", w.outside},
+          {"straddling_cells", w.straddling},
+          {"worst_straddling", worst}};
+}
+
 Json to_json(const Validation& v) {
   return {{"valid", v.ok()},
           {"summary", v.summary()},
@@ -176,12 +202,15 @@ Json operators_json(const AdaptSummary& adapt) {
   return out;
 }
 
-Json stages_json(const std::vector<StageCost>& stages) {
+Json stages_json(const std::vector<StageCost>& stages, int threads) {
   Json out = Json::array();
   for (const StageCost& s : stages)
     out.push_back({{"name", s.name},
                    {"wall_seconds", s.wall_seconds},
                    {"cpu_seconds", s.cpu_seconds},
+                   {"user_seconds", s.user_seconds},
+                   {"serial_seconds", s.serial_seconds},
+                   {"serial_fraction", s.serial_fraction(threads)},
                    {"peak_bytes", s.peak_bytes}});
   return out;
 }
@@ -195,9 +224,10 @@ void append_outcome(Json& json, const RunOutcome& outcome) {
   json["homotopy"] = homotopy_json(outcome.adapt);
   json["operators"] = operators_json(outcome.adapt);
   json["stopped_because"] = outcome.adapt.stopped_because;
-  json["stages"] = stages_json(outcome.stages);
+  json["stages"] = stages_json(outcome.stages, outcome.threads);
   json["wall_seconds"] = all.wall_seconds;
   json["cpu_seconds"] = all.cpu_seconds;
+  json["serial_fraction"] = all.serial_fraction(outcome.threads);
   json["peak_bytes"] = all.peak_bytes;
   json["threads"] = outcome.threads;
   json["files"] = files;

@@ -5,8 +5,10 @@
 
 #include "apps/pipeline/case.h"
 #include "apps/pipeline/outcome.h"
+#include "mesh/layer_score.h"
 #include "mesh/score.h"
 #include "mesh/validate.h"
+#include "mesh/wall_fit.h"
 #include "vdb/inspect.h"
 #include "vdb/outline.h"
 #include "vdb/surface.h"
@@ -19,6 +21,8 @@ Json to_json(const Vec3& x);
 /// [x0, y0, z0, x1, y1, z1], of a box of the plane [x0, y0, x1, y1].
 Json to_json(const Box<3>& box);
 Json to_json(const Score& score);
+Json to_json(const LayerScore& score);
+Json to_json(const WallFit& wall);
 Json to_json(const Validation& validation);
 Json to_json(const SurfaceReport& surface);
 Json to_json(const OutlineReport& outline);

@@ -1,6 +1,8 @@
 // Given metrics as the families from coarse to wanted that the optimizer asks for.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/analytic_metric.h"
@@ -51,16 +53,35 @@ class AnalyticFamily : public AdaptMetric<D> {
  public:
   explicit AnalyticFamily(const AnalyticMetric<D>& metric, const SizeLimits& limits = {},
                           const BackgroundMetric<D>* bound = nullptr)
-      : metric_(metric), limits_(limits), bound_(bound) {}
+      : metric_(metric),
+        limits_(limits),
+        as_given_(limits.scale == 1.0 && limits.h_min == 0.0 && std::isinf(limits.h_max) && bound == nullptr),
+        bound_(bound) {}
   [[nodiscard]] Metric<D> at(const Vec<D>& x, double size_floor) const override {
     const SizedFrame<D> f = metric_.frame(x);
     const Metric<D> m = Metric<D>::from_frame(f.axes, limits_.of<D>(f.sizes).cwiseMax(size_floor));
     return bound_ == nullptr ? m : intersect(m, BackgroundFamily<D>(*bound_).at(x, size_floor));
   }
+  /// None where limits or bound leave other sizes than those of the layers.
+  [[nodiscard]] std::optional<Level<D>> level(const Vec<D>& x, double size_floor) const override {
+    std::optional<Level<D>> level = metric_.level(x, size_floor);
+    if (!level) return std::nullopt;
+    const Vec<D> there = x + level->way;
+    level->metric = at(there, size_floor);
+    if (as_given_) return level;
+    constexpr double kOtherSizes = 0.6;
+    const double thickness = std::max(size_floor, metric_.at(there).size_along(level->normal));
+    const double ratio = level->metric.size_along(level->normal) / thickness;
+    return ratio < kOtherSizes || ratio > 1.0 / kOtherSizes ? std::nullopt : level;
+  }
+  [[nodiscard]] std::optional<double> wall_distance(const Vec<D>& x) const override {
+    return metric_.wall_distance(x);
+  }
 
  private:
   const AnalyticMetric<D>& metric_;
   SizeLimits limits_;
+  bool as_given_;
   const BackgroundMetric<D>* bound_;
 };
 

@@ -1,0 +1,171 @@
+// One list of members serves both ways: `visit` hands each to a writer or to a reader. Values are stored as
+// they lie in memory, so a snapshot is for the machine and the build that made it; the head tells.
+#include "mesh/adapt/snapshot.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <type_traits>
+
+#include "core/error.h"
+#include "mesh/adapt/operators.h"
+
+namespace lamina::adapt_detail {
+namespace {
+
+[[noreturn]] void reject(const char* why) {
+  throw Error(ErrorCode::kAdapt, std::string("the snapshot to go on from ") + why);
+}
+
+template <class T>
+struct IsVector : std::false_type {};
+template <class T>
+struct IsVector<std::vector<T>> : std::true_type {};
+
+class Writer {
+ public:
+  template <class T>
+  void operator()(const T& value) {
+    if constexpr (IsVector<T>::value || std::is_same_v<T, std::string>) {
+      (*this)(static_cast<std::uint64_t>(value.size()));
+      if constexpr (std::is_same_v<T, std::vector<OperatorStats>>)
+        for (const OperatorStats& o : value) visit_operator(*this, o);
+      else
+        put(value.data(), value.size() * sizeof(typename T::value_type));
+    } else {
+      put(&value, sizeof value);
+    }
+  }
+  template <class Visitor, class O>
+  static void visit_operator(Visitor& v, O& o) {
+    v(o.name);
+    v(o.tried);
+    v(o.accepted);
+    v(o.rejected_quality);
+    v(o.rejected_length);
+    v(o.rejected_class);
+    v(o.seconds);
+  }
+  std::string bytes;
+
+ private:
+  void put(const void* data, std::size_t size) { bytes.append(static_cast<const char*>(data), size); }
+};
+
+class Reader {
+ public:
+  explicit Reader(std::string_view bytes) : rest_(bytes) {}
+  template <class T>
+  void operator()(T& value) {
+    if constexpr (IsVector<T>::value || std::is_same_v<T, std::string>) {
+      std::uint64_t n = 0;
+      (*this)(n);
+      if (n > rest_.size()) reject("is cut short");
+      value.resize(n);
+      if constexpr (std::is_same_v<T, std::vector<OperatorStats>>)
+        for (OperatorStats& o : value) Writer::visit_operator(*this, o);
+      else
+        get(value.data(), n * sizeof(typename T::value_type));
+    } else {
+      get(&value, sizeof value);
+    }
+  }
+  [[nodiscard]] bool at_end() const { return rest_.empty(); }
+
+ private:
+  void get(void* data, std::size_t size) {
+    if (size > rest_.size()) reject("is cut short");
+    if (size > 0) std::memcpy(data, rest_.data(), size);
+    rest_.remove_prefix(size);
+  }
+  std::string_view rest_;
+};
+
+constexpr std::uint64_t kFormat = 0x31'6e'73'61'6e'69'6d'61ULL;
+
+// What must agree: format, dimension, sizes of what is stored as it lies in memory, options.
+template <int D>
+std::vector<std::uint64_t> head_of(const AdaptOptions& o) {
+  return {kFormat,
+          D,
+          sizeof(Metric<D>),
+          sizeof(AdaptStep),
+          std::bit_cast<std::uint64_t>(o.quality_floor),
+          std::bit_cast<std::uint64_t>(o.start_size),
+          std::bit_cast<std::uint64_t>(o.end_size),
+          static_cast<std::uint64_t>(o.passes_per_step),
+          static_cast<std::uint64_t>(o.final_passes),
+          static_cast<std::uint64_t>(o.align),
+          static_cast<std::uint64_t>(o.block_vertices)};
+}
+
+template <class Visitor, class State>
+void visit(Visitor& v, State& s) {
+  v(s.floors);
+  v(s.next);
+  v(s.pass);
+  v(s.unit_already);
+  v(s.mesh.x);
+  v(s.mesh.metric);
+  v(s.mesh.tags);
+  v(s.mesh.level);
+  v(s.mesh.changed);
+  v(s.mesh.cells);
+  v(s.mesh.facet_tags);
+  v(s.mesh.normals);
+  v(s.mesh.bounds);
+  v(s.tags.of_piece);
+  v(s.tags.listed);
+  v(s.tags.tagged);
+  v(s.tags.cell_tags);
+  v(s.summary.steps);
+  v(s.summary.operators);
+}
+
+template <int D>
+bool consistent(const AdaptState<D>& s) {
+  const std::size_t n = s.mesh.x.size(), cells = s.mesh.cells.size();
+  if (s.next > s.floors.size() || s.mesh.metric.size() != n || s.mesh.tags.size() != n ||
+      s.mesh.level.size() != n || s.mesh.changed.size() != n || s.mesh.facet_tags.size() != cells)
+    return false;
+  for (const auto& cell : s.mesh.cells)
+    for (const Index v : cell)
+      if (v < 0 || static_cast<std::size_t>(v) >= n) return false;
+  for (const auto& tags : s.mesh.facet_tags)
+    for (const std::uint8_t t : tags)
+      if (t >= s.tags.of_piece.size() || t >= s.mesh.normals.size()) return false;
+  return cells > 0 && s.summary.operators.size() == kOperatorCount;
+}
+
+}  // namespace
+
+template <int D>
+std::string encode(const AdaptState<D>& state, const AdaptOptions& options) {
+  static_assert(std::is_trivially_copyable_v<Metric<D>> && std::is_trivially_copyable_v<AdaptStep>);
+  Writer writer;
+  writer(head_of<D>(options));
+  visit(writer, state);
+  return std::move(writer.bytes);
+}
+
+template <int D>
+AdaptState<D> decode(std::string_view bytes, const AdaptOptions& options) {
+  Reader reader(bytes);
+  std::vector<std::uint64_t> head;
+  reader(head);
+  const std::vector<std::uint64_t> wanted = head_of<D>(options);
+  if (head.size() != wanted.size() || !std::equal(head.begin(), head.begin() + 4, wanted.begin()))
+    reject("is not one of this build and dimension");
+  if (head != wanted) reject("was made with other options");
+  AdaptState<D> state;
+  visit(reader, state);
+  if (!reader.at_end() || !consistent(state)) reject("is damaged");
+  return state;
+}
+
+template std::string encode(const AdaptState<2>&, const AdaptOptions&);
+template std::string encode(const AdaptState<3>&, const AdaptOptions&);
+template AdaptState<2> decode(std::string_view, const AdaptOptions&);
+template AdaptState<3> decode(std::string_view, const AdaptOptions&);
+
+}  // namespace lamina::adapt_detail
