@@ -36,6 +36,16 @@ double longest_edge(const GlobalMesh<D>& mesh) {
 }
 
 template <int D>
+double longest_in_metric(const GlobalMesh<D>& mesh) {
+  double longest = 0.0;
+  for (const auto& cell : mesh.cells)
+    for (const auto& e : kCellEdges<D>)
+      longest = std::max(longest, edge_length<D>(mesh.x[cell[e[0]]], mesh.metric[cell[e[0]]],
+                                                 mesh.x[cell[e[1]]], mesh.metric[cell[e[1]]]));
+  return longest;
+}
+
+template <int D>
 void evaluate_metric(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, int now) {
   mesh.metric.resize(mesh.x.size());
   mesh.changed.resize(mesh.x.size(), now);
@@ -262,7 +272,10 @@ AdaptState<D> first_state(const Mesh<D>& mesh, const AdaptMetric<D>& field, cons
   if (!(first > 0.0)) {
     constexpr double kUnitShare = 0.8;
     evaluate_metric(state.mesh, field, 0.0, 0);
-    state.unit_already = measure(state.mesh).unit_share >= kUnitShare;
+    // A seed may be unit nearly everywhere, its far field being most of it, and miss the body altogether.
+    constexpr double kLongest = 4.0;
+    state.unit_already =
+        measure(state.mesh).unit_share >= kUnitShare && longest_in_metric(state.mesh) <= kLongest;
     if (!state.unit_already) first = longest_edge(state.mesh);
     if (state.unit_already && options.align == Align::kLayers) find_levels(state.mesh, field);
   }
