@@ -189,6 +189,7 @@ AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
   AdaptOptions options;
   options.quality_floor = r.c.quality_floor;
   options.align = r.c.align;
+  options.start_size = 2.0 * r.sizes.h1;  // given: a seed may be unit and yet know nothing of a small body
   options.end_size = r.layer.h_min;
   for (const SizeGrid& p : body.painted) options.end_size = std::min(options.end_size, p.range().first);
   for (const SizedBox& b : r.sizes.boxes) options.end_size = std::min(options.end_size, b.size);
