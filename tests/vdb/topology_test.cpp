@@ -4,6 +4,8 @@
 
 #include "tests/vdb/test_surfaces.h"
 #include "vdb/detail/curvature.h"
+#include "vdb/detail/surface_topology.h"
+#include "vdb/shapes.h"
 
 namespace lamina::detail {
 namespace {
@@ -114,6 +116,102 @@ TEST(Topology, CreaseIsProlongedWhereItSoftens) {
   for (const Edge& e : make_topology(s, kAngle).edges)
     ridge += e.kind == EdgeKind::kConvex && e.count == 2 && e.a % 3 == 0 && e.b % 3 == 0;
   EXPECT_EQ(ridge, 6);
+}
+
+/// Coordinates as an STL file holds them.
+Surface in_single_precision(Surface s) {
+  for (Vec3& p : s.points) p = p.cast<float>().cast<double>();
+  return s;
+}
+
+/// Sharp edges of an Ahmed body, of `facet`, along the line where the roof meets the slant, and how many of
+/// its edges lie there.
+std::array<int, 2> slant_edges(double slant_degrees, double facet) {
+  ShapeOptions options;
+  options.slant_degrees = slant_degrees;
+  options.facet = facet;
+  const Surface s = in_single_precision(make_shape("ahmed", options));
+  const double x = 1.044 - 0.222 * std::cos(slant_degrees * kPi / 180.0), z = 0.338;
+  const auto there = [&](Index v) {
+    const Vec3& p = s.points[static_cast<std::size_t>(v)];
+    return std::hypot(p[0] - x, p[2] - z) < 1e-6;
+  };
+  std::array<int, 2> count{};
+  for (const Edge& e : make_topology(s, kAngle).edges) {
+    if (!there(e.a) || !there(e.b)) continue;
+    ++count[1];
+    count[0] += e.kind == EdgeKind::kConvex;
+  }
+  return count;
+}
+
+TEST(Topology, AMildCreaseBetweenFlatFacesIsSharp) {
+  for (const double slant : {8.0, 12.5, 25.0, 35.0})
+    for (const double facet : {0.01, 0.05}) {
+      const auto [sharp, all] = slant_edges(slant, facet);
+      EXPECT_EQ(sharp, all) << slant << " " << facet;
+      EXPECT_GT(all, 8);
+    }
+  EXPECT_EQ(slant_edges(3.0, 0.01)[0], 0);
+}
+
+/// Every facet cut into four, corners where they are.
+Surface refined(const Surface& s) {
+  Surface out;
+  for (const auto& t : s.triangles) {
+    std::array<Vec3, 3> p, m;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = s.points[static_cast<std::size_t>(t[k])];
+    for (std::size_t k = 0; k < 3; ++k) m[k] = 0.5 * (p[k] + p[(k + 1) % 3]);
+    const std::array<std::array<Vec3, 3>, 4> parts{
+        {{p[0], m[0], m[2]}, {m[0], p[1], m[1]}, {m[2], m[1], p[2]}, {m[0], m[1], m[2]}}};
+    for (const auto& part : parts) {
+      const auto at = static_cast<Index>(out.points.size());
+      out.points.insert(out.points.end(), part.begin(), part.end());
+      out.triangles.push_back({at, at + 1, at + 2});
+    }
+  }
+  finish(out);
+  weld(out);
+  return out;
+}
+
+TEST(Topology, FacetsOfRoundWallsMakeNoCreases) {
+  for (const int n : {10, 12, 17, 30, 60}) {
+    const Surface s = cylinder(1.0, 0.0, 1.0, n);
+    EXPECT_EQ(make_topology(s, kAngle).sharp_edges, 2 * n) << n;
+    EXPECT_EQ(make_topology(refined(s), kAngle).sharp_edges, 4 * n) << n;
+  }
+  for (const int n : {3, 4, 7, 20}) EXPECT_EQ(make_topology(sphere(1.0, n), kAngle).sharp_edges, 0) << n;
+  for (const int n : {16, 24, 40})
+    EXPECT_EQ(make_topology(torus(1.0, 0.3, 2 * n, n), kAngle).sharp_edges, 0) << n;
+}
+
+// A box with a fillet of few strips in the place of one edge.
+TEST(Topology, FilletsOfFewStripsMakeNoCreases) {
+  for (const int strips : {3, 4, 5}) {
+    std::vector<Vec2> p{{1.0, 0.0}};
+    for (int i = 0; i <= strips; ++i) {
+      const double a = 0.5 * kPi * i / strips;
+      p.emplace_back(0.7 + 0.3 * std::cos(a), 0.7 + 0.3 * std::sin(a));
+    }
+    p.emplace_back(0.0, 1.0);
+    p.emplace_back(0.0, 0.0);
+    std::vector<std::array<Index, 3>> fill;
+    for (Index i = 1; i + 2 < static_cast<Index>(p.size()); ++i)
+      fill.push_back({static_cast<Index>(p.size()) - 1, i - 1, i});
+    const auto n = static_cast<Index>(p.size());
+    fill.push_back({n - 1, n - 3, n - 2});
+    // The outline and the three edges along y that turn by 90 degrees.
+    EXPECT_EQ(make_topology(prism(p, fill, 1.0), kAngle).sharp_edges, 2 * n + 3) << strips;
+  }
+}
+
+// A ramp down on a floor: one convex crease, one concave.
+TEST(Topology, CreasesMayBeConcave) {
+  const std::vector<Vec2> p{{-1.0, -1.0}, {2.0, -1.0}, {2.0, 0.0}, {1.0, 0.0}, {0.0, 0.3}, {-1.0, 0.3}};
+  const Topology t = make_topology(prism(p, {{0, 1, 3}, {1, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 1.0), kAngle);
+  EXPECT_EQ(count_kind(t, EdgeKind::kConcave), 1);
+  EXPECT_EQ(t.sharp_edges, 12 + 4 + 1);
 }
 
 TEST(Curvature, PrincipalFrame) {

@@ -11,6 +11,7 @@
 
 #include "core/parallel.h"
 #include "vdb/detail/bvh.h"
+#include "vdb/detail/creases.h"
 
 namespace lamina::detail {
 namespace {
@@ -288,6 +289,7 @@ Topology make_topology(const Surface& surface, double feature_angle) {
   for_each_index(out.edges.size(), [&](std::size_t i) { measure_edge(surface, out, out.edges[i]); });
   join_seams(surface, out);
   classify_edges(surface, feature_angle, out);
+  mark_creases(surface, out);
   build_shells(out);
   classify_vertices(surface, out);
   return out;

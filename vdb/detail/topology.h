@@ -2,7 +2,8 @@
 //
 // Convex and concave are seen from the fluid, the side the facet normals point to. A sharp edge has an
 // exterior dihedral angle above the feature angle; a run of sharp edges is prolonged through edges above half
-// that angle, so that a crease does not break where it softens. Rims of open shells are convex with the angle
+// that angle, so that a crease does not break where it softens. Milder edges are sharp where flat faces meet,
+// see creases.h. Rims of open shells are convex with the angle
 // pi; where more than two facets meet, the edge is convex when the widest gap between neighbouring facets
 // exceeds a half turn.
 #pragma once
