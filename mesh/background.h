@@ -2,11 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <vector>
 
-#include "core/box_tree.h"
 #include "core/field.h"
+#include "mesh/cell_finder.h"
 #include "mesh/mesh.h"
 
 namespace lamina {
@@ -16,10 +17,14 @@ namespace lamina {
 template <int D>
 std::optional<std::vector<Metric<D>>> metric_field(const Mesh<D>& mesh, const std::string& name);
 
-/// A mesh file and the metric of its points: a point field "metric" (.vtu), or a .sol or .solb of the same
-/// name beside it. Errors: those of read_mesh and read_metric, kFileMissing without a metric,
-/// kFileUnsupported without cells or when the mesh is of another dimension, kParameter when the counts
-/// differ.
+/// The metric of the points of a mesh that was read from `path`: its point field "metric", or a .solb or .sol
+/// of the same name beside it. Errors: those of read_metric, kFileMissing without a metric, kParameter when
+/// the counts differ.
+template <int D>
+std::vector<Metric<D>> metric_of(const Mesh<D>& mesh, const std::filesystem::path& path);
+
+/// A mesh file and the metric of its points, see metric_of. Errors: those of read_mesh and metric_of,
+/// kFileUnsupported without cells or when the mesh is of another dimension.
 template <int D>
 std::vector<Metric<D>> read_mesh_with_metric(const std::filesystem::path& path, Mesh<D>& mesh);
 
@@ -27,8 +32,11 @@ std::vector<Metric<D>> read_mesh_with_metric(const std::filesystem::path& path, 
 template <int D>
 class BackgroundMetric : public MetricField<D> {
  public:
-  /// REQUIRES one metric per point, and cells. Facets, tags and fields of the mesh are not kept.
-  BackgroundMetric(const Mesh<D>& mesh, const std::vector<Metric<D>>& metric);
+  /// REQUIRES one metric per point, and cells.
+  BackgroundMetric(const Mesh<D>& mesh, const std::vector<Metric<D>>& metric)
+      : BackgroundMetric(std::make_shared<const CellFinder<D>>(mesh), metric) {}
+  /// The same where others look for places in the same mesh.
+  BackgroundMetric(std::shared_ptr<const CellFinder<D>> carrier, const std::vector<Metric<D>>& metric);
   /// A mesh file with its metric, see read_mesh_with_metric; bounded by gradate (mesh/gradation.h) where
   /// `gradation` > 1.
   static BackgroundMetric read(const std::filesystem::path& path, double gradation = 0.0);
@@ -36,21 +44,11 @@ class BackgroundMetric : public MetricField<D> {
   [[nodiscard]] Metric<D> at(const Vec<D>& x) const override;
   /// Smallest size in any direction at any vertex.
   [[nodiscard]] double smallest() const { return smallest_; }
-  [[nodiscard]] Box<D> bounds() const { return bounds_; }
+  [[nodiscard]] const Box<D>& bounds() const { return carrier_->bounds(); }
 
  private:
-  struct Place {
-    Index cell = kNone;
-    std::array<double, D + 1> weights{};  ///< of the cell's vertices
-  };
-  [[nodiscard]] Place find(const Vec<D>& x) const;
-
-  std::vector<Vec<D>> points_;
-  std::vector<std::array<Index, D + 1>> cells_;
+  std::shared_ptr<const CellFinder<D>> carrier_;
   std::vector<Sym<D>> logs_;
-  Vec3 origin_ = Vec3::Zero();  ///< the tree's coordinates are relative to this
-  detail::BoxTree tree_;
-  Box<D> bounds_;
   double smallest_ = 0.0;
 };
 

@@ -16,21 +16,12 @@
 namespace lamina {
 namespace {
 
-io::GmfForm form_of(const std::string& extension) { return {.ascii = extension == ".sol"}; }
-
 std::string suffixes(bool MeshFormat::*can) {
   std::string list;
   for (const io::FormatEntry& e : io::format_entries())
     for (const std::string_view s : e.format.suffixes)
       if (e.format.*can) list.append(list.empty() ? "" : " ").append(s);
   return list;
-}
-
-void require_solution(const std::string& extension, const std::filesystem::path& path) {
-  if (extension != ".sol" && extension != ".solb")
-    throw Error(ErrorCode::kFileUnsupported,
-                fmt::format("{}: unknown extension \"{}\"; known are .sol and .solb", path.string(),
-                            path.extension().string()));
 }
 
 void check_fields(const std::filesystem::path& path, const std::vector<MeshField>& fields,
@@ -74,24 +65,6 @@ const io::FormatEntry& require_writable(const std::filesystem::path& path, Error
   const io::FormatEntry* entry = io::find_format(path);
   if (entry != nullptr && entry->format.writes) return *entry;
   throw Error(code, fmt::format("{}: a mesh is written as {}", path.string(), suffixes(&MeshFormat::writes)));
-}
-
-template <int D>
-Metric<D> metric_of(const io::GmfSolution& solution, std::size_t i, const std::filesystem::path& path) {
-  const double* v = solution.values.data() + i * static_cast<std::size_t>(solution.components);
-  if (solution.components == 1) {
-    if (v[0] > 0.0 && std::isfinite(v[0])) return Metric<D>::isotropic(v[0]);
-    throw Error(ErrorCode::kParameter,
-                fmt::format("{}: the size of vertex {} (counted from 0) is {}, it must be positive",
-                            path.string(), i, v[0]));
-  }
-  Sym<D> tensor;
-  std::copy(v, v + kSymSize<D>, tensor.begin());
-  const bool finite = std::all_of(tensor.begin(), tensor.end(), [](double t) { return std::isfinite(t); });
-  if (const auto metric = finite ? Metric<D>::from_tensor(tensor) : std::nullopt) return *metric;
-  throw Error(ErrorCode::kParameter,
-              fmt::format("{}: the tensor of vertex {} (counted from 0), {}, is not positive definite",
-                          path.string(), i, fmt::join(tensor, " ")));
 }
 
 }  // namespace
@@ -161,7 +134,7 @@ std::vector<std::string> write_mesh(OutputFiles& files, const std::filesystem::p
   const io::FormatEntry& entry = require_writable(path, ErrorCode::kFileUnsupported);
   check_sizes(path, mesh);
   check_options(path, entry.format, options);
-  std::vector<std::string> lost = io::not_held(entry.format, mesh);
+  std::vector<std::string> lost = io::not_held(entry.format, mesh, options);
   io::WriteJob job{files, path, options, lost};
   if constexpr (D == 2) {
     if (entry.write2 == nullptr)
@@ -183,36 +156,6 @@ std::vector<std::string> write_mesh(const std::filesystem::path& path, const Mes
   return lost;
 }
 
-template <int D>
-std::vector<Metric<D>> read_metric(const std::filesystem::path& path) {
-  const std::string extension = lower_extension(path);
-  require_solution(extension, path);
-  const MappedFile file(path);
-  const io::GmfSolution solution = io::parse_gmf_solution(file.bytes(), path.string());
-  if (solution.dimension != D)
-    throw Error(ErrorCode::kFileUnsupported, fmt::format("{}: a solution of dimension {} where {} is needed",
-                                                         path.string(), solution.dimension, D));
-  std::vector<Metric<D>> metric(solution.values.size() / static_cast<std::size_t>(solution.components));
-  // Serial, so that the first bad vertex is the one named.
-  for (std::size_t i = 0; i < metric.size(); ++i) metric[i] = metric_of<D>(solution, i, path);
-  return metric;
-}
-
-template <int D>
-void write_metric(const std::filesystem::path& path, const std::vector<Metric<D>>& metric) {
-  const std::string extension = lower_extension(path);
-  require_solution(extension, path);
-  constexpr auto width = static_cast<std::size_t>(kSymSize<D>);
-  io::GmfSolution solution{D, kSymSize<D>, std::vector<double>(metric.size() * width)};
-  for_each_index(metric.size(), [&](std::size_t i) {
-    const Sym<D> tensor = metric[i].tensor();
-    std::copy(tensor.begin(), tensor.end(), solution.values.begin() + static_cast<std::ptrdiff_t>(i * width));
-  });
-  OutputFile out(path);
-  io::write_gmf_solution(out, solution, form_of(extension));
-  out.commit();
-}
-
 template std::vector<std::string> write_mesh<2>(OutputFiles&, const std::filesystem::path&, const Mesh<2>&,
                                                 const MeshWriteOptions&);
 template std::vector<std::string> write_mesh<3>(OutputFiles&, const std::filesystem::path&, const Mesh<3>&,
@@ -221,9 +164,5 @@ template std::vector<std::string> write_mesh<2>(const std::filesystem::path&, co
                                                 const MeshWriteOptions&);
 template std::vector<std::string> write_mesh<3>(const std::filesystem::path&, const Mesh<3>&,
                                                 const MeshWriteOptions&);
-template std::vector<Metric<2>> read_metric<2>(const std::filesystem::path&);
-template std::vector<Metric<3>> read_metric<3>(const std::filesystem::path&);
-template void write_metric<2>(const std::filesystem::path&, const std::vector<Metric<2>>&);
-template void write_metric<3>(const std::filesystem::path&, const std::vector<Metric<3>>&);
 
 }  // namespace lamina

@@ -1,5 +1,5 @@
-// Mesh and metric files. mesh_formats() is the one list of mesh formats: reading, writing, messages, help and
-// the warnings about what a format cannot hold follow from it. Metrics: GMF .sol, .solb.
+// Mesh files. mesh_formats() is the one list of formats: reading, writing, messages, help and the warnings
+// about what a format cannot hold follow from it.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/file.h"
-#include "core/metric.h"
 #include "mesh/mesh.h"
 
 namespace lamina {
@@ -27,6 +26,7 @@ struct MeshFormat {
   /// Components of the fields it can hold: none, 1 and D and kSymSize<D>, or any number.
   enum class Fields { kNoFields, kTensorFields, kAnyFields };
   Fields point_fields = Fields::kNoFields, cell_fields = Fields::kNoFields;
+  bool solution = false;                        ///< point fields can be in a file beside it, without names
   bool exact = true;                            ///< coordinates keep their bits
   bool ascii = false, binary = false;           ///< forms a writer can choose from by MeshWriteOptions::ascii
   std::vector<std::string_view> versions = {};  ///< that can be written, the default first
@@ -58,6 +58,8 @@ struct MeshWriteOptions {
   /// DEFAULT: cells only, as viewers like it.
   bool facets = false;
   bool compress = true;  ///< .vtu
+  /// .mesh, .meshb: point fields go to the .sol or .solb beside it (mesh/solution.h).
+  bool solution = false;
 };
 
 /// The files that make up the mesh `path`, in the order they are written.
@@ -78,14 +80,5 @@ std::vector<std::string> write_mesh(OutputFiles& files, const std::filesystem::p
 template <int D>
 std::vector<std::string> write_mesh(const std::filesystem::path& path, const Mesh<D>& mesh,
                                     const MeshWriteOptions& options = {});
-
-/// Reads a GMF .sol/.solb with one tensor (or scalar size, turned into an isotropic metric) per vertex.
-/// Errors: kFileFormat, kParameter naming the first vertex whose tensor is not positive definite.
-template <int D>
-std::vector<Metric<D>> read_metric(const std::filesystem::path& path);
-
-/// Writes one tensor per vertex.
-template <int D>
-void write_metric(const std::filesystem::path& path, const std::vector<Metric<D>>& metric);
 
 }  // namespace lamina

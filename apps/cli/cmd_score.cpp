@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "mesh/background.h"
 #include "mesh/io.h"
+#include "mesh/solution.h"
 
 namespace lamina::cli {
 namespace {

@@ -22,6 +22,7 @@
 #include "mesh/complexity.h"
 #include "mesh/gradation.h"
 #include "mesh/io.h"
+#include "mesh/solution.h"
 #include "mesh/seed.h"
 
 namespace lamina {

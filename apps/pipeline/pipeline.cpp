@@ -22,6 +22,7 @@
 #include "mesh/background.h"
 #include "mesh/extrude.h"
 #include "mesh/io.h"
+#include "mesh/solution.h"
 #include "vdb/surface_io.h"
 
 namespace lamina {

@@ -18,11 +18,19 @@
 #include "mesh/io/usda.h"
 #include "mesh/io/vtu.h"
 #include "mesh/io/xdmf.h"
+#include "mesh/solution.h"
 
 namespace lamina::io {
 namespace {
 
 namespace fs = std::filesystem;
+
+using Fields = MeshFormat::Fields;
+
+template <int D>
+bool fits_tensor(const MeshField& f) {
+  return f.components == 1 || f.components == D || f.components == kSymSize<D>;
+}
 
 /// Reader of a format whose files stand alone.
 template <AnyMesh (*Parse)(std::string_view, const std::string&)>
@@ -44,9 +52,20 @@ template <int D, bool Ascii>
 void write_gmf_file(WriteJob& job, const Mesh<D>& mesh) {
   const std::string& version = job.options.version;
   write_gmf(job.files.add(job.path), mesh, {Ascii, version.empty() ? 0 : version[0] - '0'});
+  if (!job.options.solution) return;
+  std::vector<MeshField> fields;
+  std::string names;
+  for (const MeshField& f : mesh.point_fields) {
+    if (!fits_tensor<D>(f)) continue;
+    fields.push_back(f);
+    names += fmt::format("{}{} {}", fields.size() > 1 ? ", " : "", fields.size(), f.name);
+  }
+  if (fields.empty()) return;
+  const fs::path path = solution_path(job.path);
+  write_fields<D>(job.files.add(path), path, fields);
+  const bool kept = fields.size() == 1 && fields[0].name == "metric";
+  if (!kept) job.lost.push_back(fmt::format("the names of fields (in {}: {})", path.string(), names));
 }
-
-using Fields = MeshFormat::Fields;
 
 std::vector<FormatEntry> make_entries() {
   return {
@@ -58,11 +77,19 @@ std::vector<FormatEntry> make_entries() {
        read_file<parse_vtu>,
        write_vtu_file<2>,
        write_vtu_file<3>},
-      {{.name = "GMF ascii", .suffixes = {".mesh"}, .point_tags = true, .versions = {"2", "3", "4"}},
+      {{.name = "GMF ascii",
+        .suffixes = {".mesh"},
+        .point_tags = true,
+        .solution = true,
+        .versions = {"2", "3", "4"}},
        read_file<parse_gmf>,
        write_gmf_file<2, true>,
        write_gmf_file<3, true>},
-      {{.name = "GMF binary", .suffixes = {".meshb"}, .point_tags = true, .versions = {"2", "3", "4"}},
+      {{.name = "GMF binary",
+        .suffixes = {".meshb"},
+        .point_tags = true,
+        .solution = true,
+        .versions = {"2", "3", "4"}},
        read_file<parse_gmf>,
        write_gmf_file<2, false>,
        write_gmf_file<3, false>},
@@ -173,16 +200,16 @@ bool ends_so(const std::string& name, std::string_view suffix) {
 }
 
 template <int D>
-void add_fields(const MeshFormat& format, const Mesh<D>& mesh, std::vector<std::string>& lost) {
+void add_lost_fields(const MeshFormat& format, const Mesh<D>& mesh, const MeshWriteOptions& options,
+                     std::vector<std::string>& lost) {
   std::vector<std::string> names;
   const auto add = [&](const std::vector<MeshField>& fields, Fields held) {
     for (const MeshField& f : fields) {
-      const bool tensor = f.components == 1 || f.components == D || f.components == kSymSize<D>;
-      if (held == Fields::kAnyFields || (held == Fields::kTensorFields && tensor)) continue;
+      if (held == Fields::kAnyFields || (held == Fields::kTensorFields && fits_tensor<D>(f))) continue;
       names.push_back(f.name);
     }
   };
-  add(mesh.point_fields, format.point_fields);
+  add(mesh.point_fields, format.solution && options.solution ? Fields::kTensorFields : format.point_fields);
   add(mesh.cell_fields, format.cell_fields);
   if (!names.empty()) lost.push_back(fmt::format("the fields {}", fmt::join(names, ", ")));
 }
@@ -209,7 +236,8 @@ const FormatEntry* find_format(const fs::path& path) {
 }
 
 template <int D>
-std::vector<std::string> not_held(const MeshFormat& format, const Mesh<D>& mesh) {
+std::vector<std::string> not_held(const MeshFormat& format, const Mesh<D>& mesh,
+                                  const MeshWriteOptions& options) {
   std::vector<std::string> lost;
   if (!format.exact) lost.emplace_back("coordinates beyond single precision");
   if (!format.facets && !mesh.facets.empty())
@@ -219,11 +247,11 @@ std::vector<std::string> not_held(const MeshFormat& format, const Mesh<D>& mesh)
   if (!format.point_tags && !mesh.point_tags.empty()) lost.emplace_back("point tags");
   if ((!format.cell_names && !mesh.cell_names.empty()) || (!format.facet_names && !mesh.facet_names.empty()))
     lost.emplace_back("names of tags");
-  add_fields(format, mesh, lost);
+  add_lost_fields(format, mesh, options, lost);
   return lost;
 }
 
-template std::vector<std::string> not_held<2>(const MeshFormat&, const Mesh<2>&);
-template std::vector<std::string> not_held<3>(const MeshFormat&, const Mesh<3>&);
+template std::vector<std::string> not_held<2>(const MeshFormat&, const Mesh<2>&, const MeshWriteOptions&);
+template std::vector<std::string> not_held<3>(const MeshFormat&, const Mesh<3>&, const MeshWriteOptions&);
 
 }  // namespace lamina::io

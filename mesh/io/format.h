@@ -35,6 +35,7 @@ const std::vector<FormatEntry>& format_entries();
 const FormatEntry* find_format(const std::filesystem::path& path);
 /// What of the mesh the format cannot hold by the table, in words.
 template <int D>
-std::vector<std::string> not_held(const MeshFormat& format, const Mesh<D>& mesh);
+std::vector<std::string> not_held(const MeshFormat& format, const Mesh<D>& mesh,
+                                  const MeshWriteOptions& options);
 
 }  // namespace lamina::io

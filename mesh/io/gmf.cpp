@@ -97,16 +97,22 @@ template <class Tokens>
 void read_solution(Tokens& in, const Source& source, GmfSolution& solution) {
   const std::int64_t n = in.count();
   const int fields = in.word();
-  if (fields != 1)
-    fail_unsupported(
-        source, fmt::format("{}: {} solutions a vertex; one scalar or tensor is needed", in.place(), fields));
-  const int type = in.word();
-  if (type != 1 && type != 3)
-    fail_unsupported(
-        source, fmt::format("{}: solution type {}; 1 (scalar) or 3 (tensor) is needed", in.place(), type));
-  solution.components = type == 1 ? 1 : (solution.dimension == 2 ? kSymSize<2> : kSymSize<3>);
-  in.expect(n, solution.components, 0);
-  solution.values.resize(n * solution.components);
+  constexpr int kMostFields = 10000;
+  if (fields < 1 || fields > kMostFields)
+    fail_format(source, in.place(),
+                fmt::format("{} solutions a vertex; it must be 1 to {}", fields, kMostFields));
+  for (int f = 0; f < fields; ++f) {
+    const int type = in.word();
+    if (type < 1 || type > 3)
+      fail_unsupported(source, fmt::format("{}: solution type {}; 1 (scalar), 2 (vector) or 3 (symmetric "
+                                           "tensor) is needed",
+                                           in.place(), type));
+    const int tensor = solution.dimension == 2 ? kSymSize<2> : kSymSize<3>;
+    solution.components.push_back(type == 1 ? 1 : type == 2 ? solution.dimension : tensor);
+  }
+  const std::size_t width = solution.width();
+  in.expect(n, static_cast<int>(width), 0);
+  solution.values.resize(static_cast<std::size_t>(n) * width);
   for (double& v : solution.values) v = in.real();
 }
 

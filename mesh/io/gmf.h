@@ -9,6 +9,7 @@
 // from its name.
 #pragma once
 
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,14 +22,19 @@ namespace lamina::io {
 /// Errors: kFileFormat with line or byte, kFileUnsupported. Never allocates more than the bytes can describe.
 AnyMesh parse_gmf(std::string_view bytes, const std::string& name);
 
-/// The one field of a .sol file: 1 (scalar) or kSymSize<dimension> (tensor) values a vertex.
+/// The fields of a .sol file, without names: of each 1 (scalar), `dimension` (vector) or
+/// kSymSize<dimension> (symmetric tensor) values a vertex, those of a vertex one field after the other.
 struct GmfSolution {
   int dimension = 3;
-  int components = 1;
+  std::vector<int> components;
   std::vector<double> values;
+
+  [[nodiscard]] std::size_t width() const {
+    return std::accumulate(components.begin(), components.end(), std::size_t{0});
+  }
 };
 
-/// Errors as parse_gmf; kFileUnsupported when there is not exactly one scalar or tensor a vertex.
+/// Errors as parse_gmf; kFileUnsupported when a field is a full matrix.
 GmfSolution parse_gmf_solution(std::string_view bytes, const std::string& name);
 
 struct GmfForm {

@@ -131,16 +131,16 @@ void write_gmf(OutputFile& out, const Mesh<D>& mesh, GmfForm form) {
 }
 
 void write_gmf_solution(OutputFile& out, const GmfSolution& solution, GmfForm form) {
-  const auto width = static_cast<std::size_t>(solution.components);
+  const std::size_t width = solution.width();
   const std::size_t count = solution.values.size() / width;
   GmfWriter to(out, solution.dimension, form, 8 * solution.values.size());
-  to.begin(Gmf::kSolAtVertices, "SolAtVertices", count, width, 0, 2);
-  const int type = solution.components == 1 ? 1 : 3;
+  to.begin(Gmf::kSolAtVertices, "SolAtVertices", count, width, 0, 1 + solution.components.size());
+  std::vector<int> words = {static_cast<int>(solution.components.size())};
+  for (const int n : solution.components) words.push_back(n == 1 ? 1 : n == solution.dimension ? 2 : 3);
   if (to.ascii()) {
-    out.write(fmt::format("1 {}\n", type));
+    out.write(fmt::format("{}\n", fmt::join(words, " ")));
   } else {
-    to.word(1);
-    to.word(type);
+    for (const int word : words) to.word(word);
   }
   write_records(out, count, [&](std::size_t i, Records& r) {
     for (std::size_t k = 0; k < width; ++k) to.real(solution.values[i * width + k], r);

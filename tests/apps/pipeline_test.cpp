@@ -9,6 +9,7 @@
 #include "apps/pipeline/plan.h"
 #include "core/error.h"
 #include "mesh/io.h"
+#include "mesh/solution.h"
 #include "vdb/shapes.h"
 #include "vdb/surface_io.h"
 

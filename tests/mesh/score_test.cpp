@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "mesh/io.h"
+#include "mesh/solution.h"
 #include "tests/mesh/lattice.h"
 #include "tests/mesh/scratch.h"
 
