@@ -58,8 +58,8 @@ struct MeshWriteOptions {
   /// DEFAULT: cells only, as viewers like it.
   bool facets = false;
   bool compress = true;  ///< .vtu
-  /// .mesh, .meshb: point fields go to the .sol or .solb beside it (mesh/solution.h).
-  bool solution = false;
+  /// .mesh, .meshb: where point fields go, see solution_path (mesh/solution.h). DEFAULT: nowhere
+  std::filesystem::path solution;
 };
 
 /// The files that make up the mesh `path`, in the order they are written.

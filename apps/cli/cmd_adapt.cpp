@@ -6,18 +6,22 @@
 #include "apps/cli/command.h"
 #include "apps/cli/terminal.h"
 #include "apps/pipeline/adaptation.h"
+#include "apps/pipeline/text.h"
 #include "core/analytic_metric.h"
+#include "core/error.h"
 
 namespace lamina::cli {
 namespace {
 
 struct State {
   Adaptation adaptation;
+  std::vector<std::string> lp_hessians;  // FIELD P FIELD P ...
   std::string metric_out, report, align = "none";
   bool quiet = false, verbose = false;
 };
 
-void add_metric_options(CLI::App& app, Adaptation& a) {
+void add_metric_options(CLI::App& app, State& s) {
+  Adaptation& a = s.adaptation;
   const char* group = "Metric";
   auto* analytic =
       app.add_option("--analytic", a.analytic,
@@ -30,10 +34,30 @@ void add_metric_options(CLI::App& app, Adaptation& a) {
       ->type_name("FILE")
       ->group(group)
       ->excludes(analytic);
+  app.add_option(
+         "--lp-hessian", s.lp_hessians,
+         "a metric from the Hessian of a point field of MESH (NAME, NAME:K for its K-th component, or a "
+         ".sol of one scalar): linear interpolation has the least error in the norm L^P; with "
+         "--complexity. May be repeated: all of them")
+      ->type_name("FIELD P")
+      ->type_size(2)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->group(group)
+      ->excludes(analytic);
+  app.add_option("--intersect", a.intersect,
+                 "another metric, given as --metric: no size exceeds those of any; may be repeated")
+      ->type_name("FILE")
+      ->group(group)
+      ->type_size(1)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   app.add_option("--hmin", a.h_min, "no size is smaller (unit: that of MESH; > 0; default: no bound)")
       ->type_name("X")
       ->group(group);
-  app.add_option("--hmax", a.h_max, "no size is larger (unit: that of MESH; > 0; default: no bound)")
+  app.add_option("--hmax", a.h_max,
+                 "no size is larger (unit: that of MESH; > 0; default: no bound; with "
+                 "--lp-hessian the diagonal of MESH)")
       ->type_name("X")
       ->group(group);
   app.add_option(
@@ -80,8 +104,17 @@ void add_other_options(CLI::App& app, State& s) {
   app.add_flag("-v,--verbose", s.verbose, "more progress on stderr")->excludes(quiet);
 }
 
+LpHessian lp_hessian(const std::string& field, const std::string& power) {
+  const auto p = parse_number(power);
+  if (p) return {field, *p};
+  throw Error(ErrorCode::kUsage,
+              fmt::format("--lp-hessian {} {}: the power of the norm must be a number, as 2", field, power));
+}
+
 int run(State& s) {
   Adaptation a = s.adaptation;
+  for (std::size_t i = 0; i + 1 < s.lp_hessians.size(); i += 2)
+    a.lp_hessians.push_back(lp_hessian(s.lp_hessians[i], s.lp_hessians[i + 1]));
   if (!s.metric_out.empty()) a.metric_out = s.metric_out;
   if (!s.report.empty()) a.report = s.report;
   if (s.align == "layers") a.align = Align::kLayers;
@@ -97,18 +130,22 @@ int run(State& s) {
 void add_adapt(CLI::App& root, Commands& commands) {
   CLI::App* app = root.add_subcommand("adapt", "Adapt any mesh of triangles or tetrahedra to a metric");
   app->footer(
+      "Point fields of MESH, of a .mesh or .meshb those of the .solb or .sol beside it, are carried to the "
+      "new "
+      "mesh: linear within the old cells.\n"
       "The boundary must consist of flat pieces; their edges, corners and tags are kept.\n"
       "Metrics for --analytic, with their keys and defaults:\n" +
       analytic_list() +
       "Examples:\n"
       "  lamina adapt coarse.meshb --metric wanted.sol -o fine.meshb --metric-out fine.sol\n"
+      "  lamina adapt flow.vtu --lp-hessian mach 2 --complexity 20000 --gradation 1.5 -o finer.vtu\n"
       "  lamina adapt --analytic tilted-plane:hmin=1e-3 -o plane.vtu\n"
       "Exit codes: 0 done; 1 internal failure; 2 bad input; 3 mesh written, but a wanted property was "
       "missed.");
   auto state = std::make_shared<State>();
   app->add_option("MESH", state->adaptation.mesh,
                   "a mesh (default: with --analytic, a lattice in the box the metric is defined on)");
-  add_metric_options(*app, state->adaptation);
+  add_metric_options(*app, *state);
   add_other_options(*app, *state);
   commands.push_back({app, [state] { return run(*state); }});
 }

@@ -7,6 +7,7 @@
 #include "apps/pipeline/text.h"
 #include "core/file.h"
 #include "mesh/io.h"
+#include "mesh/solution.h"
 
 namespace lamina::cli {
 namespace {
@@ -14,7 +15,9 @@ namespace {
 /// One line a format: name, suffixes, what it holds.
 std::string format_list() {
   std::string text =
-      "Formats (c f p: tags of cells, facets, points; N: names of tags; F: fields; 2: 2D too):\n";
+      "Formats (c f p: tags of cells, facets, points; N: names of tags; F: fields, of .mesh and .meshb in "
+      "the "
+      ".sol or .solb beside it; 2: 2D too):\n";
   for (const MeshFormat& f : mesh_formats()) {
     std::string holds;
     const auto add = [&](bool held, char letter) { holds += held ? letter : '-'; };
@@ -22,7 +25,7 @@ std::string format_list() {
     add(f.facet_tags, 'f');
     add(f.point_tags, 'p');
     add(f.facet_names, 'N');
-    add(f.point_fields != MeshFormat::Fields::kNoFields, 'F');
+    add(f.point_fields != MeshFormat::Fields::kNoFields || f.solution, 'F');
     add(f.plane, '2');
     text += fmt::format("  {:24}{}  {}{}\n", f.name, holds, fmt::join(f.suffixes, " "),
                         f.reads ? "" : " (written only)");
@@ -44,7 +47,15 @@ int convert(const State& state) {
   options.version = state.version;
   options.facets = !state.cells_only;
   options.compress = !state.no_compress;
-  AnyMesh any = read_mesh(state.in);
+  std::string ignored;
+  AnyMesh any = read_mesh_and_fields(state.in, ignored);
+  if (!ignored.empty()) fmt::print(stderr, "lamina: warning: {}: ignored\n", ignored);
+  const bool fields = std::visit([](const auto& mesh) { return !mesh.point_fields.empty(); }, any);
+  if (fields && mesh_format(state.out)->solution) {
+    options.solution = solution_path(state.out);
+    if (const auto solution = find_solution(state.in)) outputs.protect(*solution);
+    outputs.expect(options.solution, state.in);
+  }
   const std::vector<std::string> lost = std::visit(
       [&](auto& mesh) {
         if (state.cells_only) {

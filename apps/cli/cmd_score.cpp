@@ -164,7 +164,8 @@ void add_score(CLI::App& root, Commands& commands) {
   app->add_option("MESH", state->mesh, readable_mesh_suffixes())->required();
   auto* file = app->add_option(
       "--metric", state->metric,
-      "metric at the vertices, .sol or .solb (default: the point field \"metric\" of the mesh)");
+      "metric at the vertices, .sol or .solb (default: the point field \"metric\" of the mesh, of a .mesh or "
+      ".meshb the tensor in the .solb or .sol beside it)");
   file->type_name("FILE");
   app->add_option("--analytic", state->analytic, "metric given by a formula; lamina adapt --help lists them")
       ->type_name("NAME[:key=value,...]")
@@ -182,8 +183,10 @@ void add_score(CLI::App& root, Commands& commands) {
   app->add_flag("--json", state->json, "print JSON");
   commands.push_back({app, [state] {
                         const ThreadLimit limit(state->threads);
-                        return std::visit([&](const auto& mesh) { return run(*state, mesh); },
-                                          read_mesh(state->mesh));
+                        std::string ignored;
+                        const AnyMesh any = read_mesh_and_fields(state->mesh, ignored);
+                        if (!ignored.empty()) fmt::print(stderr, "lamina: warning: {}: ignored\n", ignored);
+                        return std::visit([&](const auto& mesh) { return run(*state, mesh); }, any);
                       }});
 }
 

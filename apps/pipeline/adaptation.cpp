@@ -7,23 +7,22 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 
 #include "apps/pipeline/detail/adapted.h"
 #include "apps/pipeline/detail/json.h"
-#include "apps/pipeline/detail/metric_family.h"
+#include "apps/pipeline/detail/wanted_metric.h"
 #include "apps/pipeline/output.h"
 #include "apps/pipeline/report.h"
+#include "apps/pipeline/text.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/parallel.h"
 #include "core/predicates.h"
 #include "core/words.h"
-#include "mesh/complexity.h"
 #include "mesh/gradation.h"
 #include "mesh/io.h"
-#include "mesh/solution.h"
 #include "mesh/seed.h"
+#include "mesh/solution.h"
 
 namespace lamina {
 namespace {
@@ -46,6 +45,16 @@ void check(const Adaptation& a) {
   if (!(a.quality_floor >= 0.0 && a.quality_floor <= 0.5))
     throw Error(ErrorCode::kParameter,
                 fmt::format("--quality-floor = {:g} must be in [0, 0.5]", a.quality_floor));
+  for (const LpHessian& wanted : a.lp_hessians)
+    if (!(wanted.p >= 1.0) || !std::isfinite(wanted.p))
+      throw Error(ErrorCode::kParameter,
+                  fmt::format("--lp-hessian {} {:g}: the power of the norm must be at least 1", wanted.field,
+                              wanted.p));
+  if (!a.lp_hessians.empty() && !(a.complexity > 0.0))
+    throw Error(ErrorCode::kUsage,
+                "--lp-hessian tells where cells go, not how many: give --complexity N too");
+  if (!a.lp_hessians.empty() && a.mesh.empty())
+    throw Error(ErrorCode::kUsage, "--lp-hessian needs a mesh with fields");
   if (!a.analytic.empty() && !a.metric.empty())
     throw Error(ErrorCode::kUsage, "both --analytic and --metric are given: one metric is enough");
   if (a.mesh.empty() && a.analytic.empty())
@@ -58,9 +67,16 @@ void expect_outputs(const Adaptation& a, OutputSet& outputs) {
   for (const fs::path& path : a.outputs) outputs.expect_mesh(path, a.mesh);
   if (a.metric_out) {
     require_extension(*a.metric_out, "a metric", {".sol", ".solb"});
-    outputs.expect(*a.metric_out, a.metric);
+    outputs.expect(*a.metric_out, a.mesh);
   }
   if (a.report) outputs.expect(*a.report, a.mesh);
+}
+
+/// Files that are read, beside the mesh.
+void protect_inputs(const Adaptation& a, OutputSet& outputs) {
+  outputs.protect(a.metric);
+  for (const fs::path& file : a.intersect) outputs.protect(file);
+  for (const LpHessian& wanted : a.lp_hessians) outputs.protect(wanted.field);
 }
 
 /// The mesh as the optimizer wants it: positive cells, no loose points. Throws kAdapt where that is not
@@ -108,143 +124,80 @@ void make_ready(Mesh<D>& mesh, const std::string& name, Progress& progress) {
     progress.warn(fmt::format("{}: the tags of its cells are dropped: regions are not kept apart", name));
 }
 
-/// The metric that was asked for: as a family, with its smallest size. At least one of `formula` and
-/// `background` is set.
-template <int D>
-struct Wanted {
-  std::unique_ptr<const AnalyticMetric<D>> formula;
-  std::unique_ptr<const BackgroundMetric<D>> background;  ///< beside `formula`: a bound on it
-  SizeLimits limits;
-  double smallest = 0.0;
-
-  [[nodiscard]] std::unique_ptr<const AdaptMetric<D>> family() const {
-    if (formula) return std::make_unique<AnalyticFamily<D>>(*formula, limits, background.get());
-    return std::make_unique<BackgroundFamily<D>>(*background);
-  }
-};
-
-/// Multiplies the scale until measure(limits) is what was asked for; the last measure is given back.
-template <class Measure>
-double fit_complexity(const Adaptation& a, int dimension, SizeLimits& limits, Measure&& measure) {
-  constexpr double kClose = 2e-3;
-  constexpr int kMostTries = 30;
-  double reached = 0.0;
-  for (int i = 0; i < kMostTries; ++i) {
-    reached = measure(limits);
-    if (std::abs(reached / a.complexity - 1.0) <= kClose) return reached;
-    limits.scale *= std::pow(reached / a.complexity, 1.0 / dimension);
-  }
-  throw Error(
-      ErrorCode::kParameter,
-      fmt::format("--complexity = {:g} is out of reach within --hmin and --hmax: {:.4g} is the nearest",
-                  a.complexity, reached));
-}
-
-SizeLimits limits_of(const Adaptation& a) {
-  SizeLimits limits;
-  limits.h_min = a.h_min;
-  if (a.h_max > 0.0) limits.h_max = a.h_max;
-  return limits;
-}
-
-template <int D>
-Wanted<D> analytic_metric(const Adaptation& a, const Mesh<D>& mesh, Progress& progress) {
-  Wanted<D> w;
-  w.formula = make_analytic_metric<D>(a.analytic);
-  w.limits = limits_of(a);
-  if (a.complexity > 0.0)
-    fit_complexity(a, D, w.limits, [&](const SizeLimits& limits) {
-      progress.check_cancelled();
-      const AnalyticFamily<D> family(*w.formula, limits);
-      return estimate_complexity<D>(mesh, [&](const Vec<D>& x) { return family.at(x, 0.0); });
-    });
-  w.smallest = w.limits.of(w.formula->smallest());
-  return w;
-}
-
 /// A formula has no edges to bound its growth along, a mesh that is unit in it has: the formula is sampled
 /// and bounded there, and from then on the mesh is adapted to the finer of both, twice, so that the bound is
 /// resolved where it made sizes smaller.
 template <int D>
-void bound_growth(const Adaptation& a, AdaptOptions options, Wanted<D>& wanted, Mesh<D>& mesh,
+void bound_growth(const Adaptation& a, AdaptOptions options, WantedMetric<D>& wanted, Mesh<D>& mesh,
                   std::vector<Metric<D>>& metric, Progress& progress) {
   constexpr int kRounds = 2;
   options.start_size = options.end_size;
   for (int i = 0; i < kRounds; ++i) {
-    const AnalyticFamily<D> formula(*wanted.formula, wanted.limits);
-    for_each_index(metric.size(), [&](std::size_t v) { metric[v] = formula.at(mesh.points[v], 0.0); });
+    metric = wanted.formula_at(mesh.points);
     gradate<D>(mesh, metric, a.gradation);
-    wanted.background = std::make_unique<const BackgroundMetric<D>>(mesh, metric);
+    wanted.bound_by(mesh, metric);
     adapt<D>(mesh, *wanted.family(), metric, options, &progress);
   }
 }
 
-/// The complexity of a formula was estimated before there was a mesh to measure it on; now there is one, and
-/// the scale is corrected until it is within a percent. Such steps are small, so none of them needs the way
-/// from coarse to fine.
+/// The complexity of a formula, or of metrics on several meshes, was estimated before there was a mesh to
+/// measure it on; now there is one, and the scale is corrected until it is within a percent. Such steps are
+/// small, so none of them needs the way from coarse to fine.
 template <int D>
-void correct_complexity(const Adaptation& a, AdaptOptions options, Wanted<D>& wanted, Mesh<D>& mesh,
+void correct_complexity(const Adaptation& a, AdaptOptions options, WantedMetric<D>& wanted, Mesh<D>& mesh,
                         std::vector<Metric<D>>& metric, Progress& progress) {
   constexpr double kClose = 1e-2;
   constexpr int kMostRounds = 4;
   for (int i = 0; i < kMostRounds; ++i) {
     const double ratio = score<D>(mesh, metric).complexity / a.complexity;
     if (std::abs(ratio - 1.0) <= kClose) return;
-    wanted.limits.scale *= std::pow(ratio, 1.0 / D);
-    wanted.smallest = wanted.limits.of(wanted.formula->smallest());
-    options.start_size = options.end_size = wanted.smallest;
-    if (a.gradation > 0.0)
+    wanted.rescale(std::pow(ratio, 1.0 / D));
+    options.start_size = options.end_size = wanted.smallest();
+    if (wanted.has_formula() && a.gradation > 0.0)
       bound_growth<D>(a, options, wanted, mesh, metric, progress);
     else
       adapt<D>(mesh, *wanted.family(), metric, options, &progress);
   }
 }
 
-/// The mesh that carries the metric of a file, and the metric of its points.
+/// The fields that go to the new mesh: all but the metric of the old one.
 template <int D>
-std::vector<Metric<D>> stored_metric(const Adaptation& a, const Mesh<D>& mesh, Mesh<D>& carrier) {
-  const std::string extension = lower_extension(a.metric);
-  if (extension == ".sol" || extension == ".solb") {
-    std::vector<Metric<D>> metric = read_metric<D>(a.metric);
-    if (metric.size() != mesh.points.size())
-      throw Error(ErrorCode::kParameter,
-                  fmt::format("{}: holds {} tensors, but {} has {} points", a.metric.string(), metric.size(),
-                              a.mesh.string(), mesh.points.size()));
-    carrier = mesh;
-    return metric;
-  }
-  return read_mesh_with_metric<D>(a.metric.empty() ? a.mesh : a.metric, carrier);
+std::vector<MeshField> kept_fields(const Adaptation& a, const Mesh<D>& mesh) {
+  std::vector<MeshField> kept;
+  const auto solution = find_solution(a.mesh);
+  std::error_code ec;
+  const bool solution_is_metric = mesh_format(a.mesh)->solution && solution &&
+                                  (a.metric.empty() ? a.lp_hessians.empty() && a.analytic.empty()
+                                                    : fs::equivalent(*solution, a.metric, ec));
+  if (solution_is_metric) return kept;
+  for (const MeshField& f : mesh.point_fields)
+    if (f.name != "metric") kept.push_back(f);
+  return kept;
 }
 
-template <int D>
-Wanted<D> file_metric(const Adaptation& a, const Mesh<D>& mesh, Progress& progress) {
-  Wanted<D> w;
-  Mesh<D> carrier;
-  const std::vector<Metric<D>> given = stored_metric<D>(a, mesh, carrier);
-  w.limits = limits_of(a);
-  std::vector<Metric<D>> metric(given.size());
-  const auto apply = [&](const SizeLimits& limits) {
-    progress.check_cancelled();
-    for_each_index(given.size(), [&](std::size_t i) { metric[i] = limited<D>(given[i], limits); });
-    if (a.gradation > 0.0) gradate<D>(carrier, metric, a.gradation);
-    return score<D>(carrier, metric).complexity;
-  };
-  if (a.complexity > 0.0)
-    fit_complexity(a, D, w.limits, apply);
-  else
-    apply(w.limits);
-  w.background = std::make_unique<const BackgroundMetric<D>>(carrier, metric);
-  w.smallest = w.background->smallest();
-  return w;
+/// Where the fields go that a .mesh or .meshb cannot hold; the metric may have taken the first choice.
+fs::path fields_path(const Adaptation& a, const fs::path& mesh) {
+  fs::path path = solution_path(mesh);
+  if (a.metric_out && *a.metric_out == path) path.replace_extension(".fields" + path.extension().string());
+  return path;
 }
+
+bool takes_solution(const fs::path& mesh) { return mesh_format(mesh)->solution; }
 
 template <int D>
 void write_results(const Adaptation& a, Mesh<D>& mesh, const std::vector<Metric<D>>& metric,
-                   OutputSet& outputs, const Progress& progress) {
-  mesh.point_fields = {tensor_field<D>(metric)};
+                   const std::vector<MeshField>& carried, OutputSet& outputs, Progress& progress) {
   mesh.cell_fields = {quality_field<D>(mesh, metric)};
   for (const fs::path& path : a.outputs) {
-    write_mesh<D>(outputs.files(), path, mesh);
+    MeshWriteOptions options;
+    mesh.point_fields = carried;
+    if (!takes_solution(path))
+      mesh.point_fields.push_back(tensor_field<D>(metric));
+    else if (!carried.empty())
+      options.solution = fields_path(a, path);
+    const std::vector<std::string> lost = write_mesh<D>(outputs.files(), path, mesh, options);
+    if (!carried.empty() && !lost.empty())
+      progress.warn(fmt::format("{} cannot hold {}: dropped", path.string(), join(lost)));
     progress.check_cancelled();
   }
   if (a.metric_out) outputs.write(*a.metric_out, [&](const fs::path& p) { write_metric<D>(p, metric); });
@@ -261,35 +214,45 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
     throw Error(ErrorCode::kFileUnsupported, fmt::format("{}: the mesh has no cells", name));
 
   stages.stage("metric");
-  std::optional<Wanted<D>> wanted;
-  if (a.analytic.empty()) wanted = file_metric<D>(a, mesh, stages);
+  const std::vector<MeshField> kept = a.mesh.empty() ? std::vector<MeshField>{} : kept_fields<D>(a, mesh);
+  if (!kept.empty())
+    for (const fs::path& path : a.outputs)
+      if (takes_solution(path)) outputs.expect(fields_path(a, path), a.mesh);
+  std::shared_ptr<const Carrier<D>> input;
+  if (!kept.empty() || WantedMetric<D>::needs_input(a)) input = std::make_shared<const Carrier<D>>(mesh);
+  WantedMetric<D> wanted(a, input, mesh, stages);
+  mesh.point_fields.clear();
   make_ready<D>(mesh, name, stages);
-  if (!wanted) wanted = analytic_metric<D>(a, mesh, stages);
-  stages.done(fmt::format("smallest size {:.4g}", wanted->smallest));
+  stages.done(fmt::format("smallest size {:.4g}", wanted.smallest()));
 
   stages.stage("adapt");
   std::vector<Metric<D>> metric;
   AdaptOptions options;
   options.quality_floor = a.quality_floor;
   options.align = a.align;
-  options.end_size = wanted->smallest;
-  report.adapt = adapt<D>(mesh, *wanted->family(), metric, options, &stages);
-  if (wanted->formula && a.gradation > 0.0) bound_growth<D>(a, options, *wanted, mesh, metric, stages);
-  if (wanted->formula && a.complexity > 0.0) correct_complexity<D>(a, options, *wanted, mesh, metric, stages);
-  report.scale = wanted->limits.scale;
+  options.end_size = wanted.smallest();
+  report.adapt = adapt<D>(mesh, *wanted.family(), metric, options, &stages);
+  if (wanted.has_formula() && a.gradation > 0.0) bound_growth<D>(a, options, wanted, mesh, metric, stages);
+  if (a.complexity > 0.0 && wanted.complexity_is_estimate())
+    correct_complexity<D>(a, options, wanted, mesh, metric, stages);
+  report.scale = wanted.scale();
   stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
 
   stages.stage("check");
   report.validation = require_valid<D>(mesh);
   report.score = score<D>(mesh, metric);
-  const std::unique_ptr<const AdaptMetric<D>> family = wanted->family();
+  const std::unique_ptr<const AdaptMetric<D>> family = wanted.family();
   if (const std::vector<double> phi = wall_distances<D>(mesh, *family); !phi.empty())
     report.layers = score_layers<D>(mesh, metric, *family, phi);
   stages.done(fmt::format("valid, {:.1f} % unit edges, worst quality {:.3g}", 100.0 * report.score.unit_share,
                           report.score.quality_min));
 
   stages.stage("write");
-  write_results<D>(a, mesh, metric, outputs, stages);
+  std::vector<MeshField> carried;
+  if (!kept.empty()) carried = carry_fields<D>(*input->places, kept, mesh.points);
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    report.fields.push_back({kept[i].name, kept[i].components, range_of(kept[i]), range_of(carried[i])});
+  write_results<D>(a, mesh, metric, carried, outputs, stages);
   stages.done(fmt::format("{} files", outputs.targets().size()));
   report.points = static_cast<std::int64_t>(mesh.points.size());
   report.cells = static_cast<std::int64_t>(mesh.cells.size());
@@ -334,13 +297,16 @@ AdaptationReport run_adaptation(const Adaptation& a, Progress* progress) {
   check_formula(a);
   StageRecorder stages(progress);
   OutputSet outputs;
+  protect_inputs(a, outputs);
   expect_outputs(a, outputs);
   AdaptationReport report;
   report.adaptation = a;
   report.threads = a.threads > 0 ? a.threads : hardware_threads();
 
   stages.stage("read");
-  AnyMesh any = a.mesh.empty() ? start_mesh(a.analytic) : read_mesh(a.mesh);
+  std::string ignored;
+  AnyMesh any = a.mesh.empty() ? start_mesh(a.analytic) : read_mesh_and_fields(a.mesh, ignored);
+  if (!ignored.empty()) stages.warn(fmt::format("{}: ignored", ignored));
   stages.done(std::visit(
       [](const auto& mesh) {
         return fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size());
@@ -364,6 +330,15 @@ AdaptationReport run_adaptation(const Adaptation& a, Progress* progress) {
 
 std::string adaptation_json(const AdaptationReport& r) {
   const Adaptation& a = r.adaptation;
+  Json hessians = Json::array(), intersected = Json::array(), fields = Json::array();
+  for (const LpHessian& wanted : a.lp_hessians)
+    hessians.push_back({{"field", wanted.field}, {"p", wanted.p}});
+  for (const fs::path& file : a.intersect) intersected.push_back(file.string());
+  for (const CarriedField& f : r.fields)
+    fields.push_back({{"name", f.name},
+                      {"components", f.components},
+                      {"range_before", {f.before.least, f.before.most}},
+                      {"range", {f.after.least, f.after.most}}});
   Json json = {
       {"lamina", version()},
       {"dimension", r.dimension},
@@ -371,6 +346,8 @@ std::string adaptation_json(const AdaptationReport& r) {
       {"metric",
        {{"analytic", given(a.analytic)},
         {"file", given(a.metric.string())},
+        {"lp_hessian", std::move(hessians)},
+        {"intersect", std::move(intersected)},
         {"hmin", given(a.h_min)},
         {"hmax", given(a.h_max)},
         {"gradation", given(a.gradation)},
@@ -384,6 +361,7 @@ std::string adaptation_json(const AdaptationReport& r) {
       {"mesh_hash", fmt::format("{:016x}", r.mesh_hash)},
       {"validation", to_json(r.validation)},
       {"score", to_json(r.score)},
+      {"fields", std::move(fields)},
       {"levels", r.layers ? to_json(*r.layers) : Json()},
       {"worst_cells", worst_cells_json(r.score)},
   };
@@ -405,6 +383,9 @@ std::string adaptation_table(const AdaptationReport& r) {
   row("aspect", fmt::format("largest {:.4g}, 99 % below {:.4g}", r.score.aspect_max, r.score.aspect_p99));
   if (r.layers)
     for (const auto& [name, text] : layer_rows(*r.layers)) row(name.c_str(), text);
+  for (const CarriedField& f : r.fields)
+    row("field", fmt::format("{}, linear on the input mesh: {:.6g} to {:.6g}, before {:.6g} to {:.6g}",
+                             f.name, f.after.least, f.after.most, f.before.least, f.before.most));
   row("time", cost_text(r.stages, r.threads));
   for (const auto& file : r.files) row("file", file.string());
   return out;

@@ -10,19 +10,28 @@
 #include "apps/pipeline/outcome.h"
 #include "core/progress.h"
 #include "mesh/adapt.h"
+#include "mesh/carry.h"
 #include "mesh/layer_score.h"
 #include "mesh/score.h"
 #include "mesh/validate.h"
 
 namespace lamina {
 
+/// The metric in which linear interpolation of a point field has the least error in L^p, see mesh/hessian.h.
+struct LpHessian {
+  std::string field;  ///< see scalar_field in apps/pipeline/detail/wanted_metric.h
+  double p = 2.0;     ///< at least 1
+};
+
 struct Adaptation {
   /// The mesh to adapt. Empty: the start of the analytic metric's benchmark, a lattice in its own box.
   std::filesystem::path mesh;
   std::string analytic;  ///< NAME[:key=value,...], see core/analytic_metric.h
   /// Instead of `analytic`: tensors of the mesh's points (.sol, .solb), or another mesh with its metric, see
-  /// BackgroundMetric::read. When both are empty: the metric that belongs to `mesh`.
+  /// BackgroundMetric::read. When both are empty, and `lp_hessians` too: the metric that belongs to `mesh`.
   std::filesystem::path metric;
+  std::vector<LpHessian> lp_hessians;  ///< each of the wanted complexity before they are intersected
+  std::vector<std::filesystem::path> intersect;  ///< more metrics, given as `metric` is
   std::vector<std::filesystem::path> outputs;
   std::optional<std::filesystem::path> metric_out, report;
   double h_min = 0.0;       ///< smallest size, world units; 0: no bound
@@ -35,21 +44,30 @@ struct Adaptation {
   int threads = 0;                 ///< 0: all
 };
 
+/// A point field of the input on the new mesh.
+struct CarriedField {
+  std::string name;
+  int components = 1;
+  FieldRange before, after;
+};
+
 struct AdaptationReport : RunOutcome {
   Adaptation adaptation;
   int dimension = 3;
   std::int64_t points_before = 0, cells_before = 0;
   std::int64_t points = 0, cells = 0, facets = 0;
   double scale = 1.0;  ///< factor on all sizes that --complexity asked for
+  std::vector<CarriedField> fields;
   Score score;
   std::optional<LayerScore> layers;  ///< of a metric with layers
   Validation validation;
   std::uint64_t mesh_hash = 0;
 };
 
-/// Reads, adapts, judges and writes. Inverted cells are turned and unused points dropped, with a warning.
-/// report.missed lists properties that were not reached (exit code 3). Errors: kUsage, kParameter, those of
-/// reading and writing files, kAdapt and kMeshInvalid when the mesh cannot be adapted, kInterrupted.
+/// Reads, adapts, judges and writes; point fields of the mesh are carried along, see mesh/carry.h. Inverted
+/// cells are turned and unused points dropped, with a warning. report.missed lists properties that were not
+/// reached (exit code 3). Errors: kUsage, kParameter, those of reading and writing files, kAdapt and
+/// kMeshInvalid when the mesh cannot be adapted, kInterrupted.
 AdaptationReport run_adaptation(const Adaptation& a, Progress* progress);
 
 std::string adaptation_json(const AdaptationReport& report);

@@ -85,7 +85,8 @@ void OutputSet::expect_mesh(const fs::path& target, const fs::path& input) {
 void OutputSet::enter(const fs::path& target, const fs::path& input) {
   const fs::path resolved = follow_links(target);
   const bool special = is_special(resolved);
-  if (!special && !input.empty() && same_file(resolved, input))
+  const auto is_input = [&](const fs::path& file) { return !file.empty() && same_file(resolved, file); };
+  if (!special && (is_input(input) || std::any_of(inputs_.begin(), inputs_.end(), is_input)))
     throw Error(ErrorCode::kUsage,
                 fmt::format("{}: would overwrite the input; give another name", target.string()));
   for (const Entry& other : entries_)

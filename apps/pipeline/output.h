@@ -21,8 +21,11 @@ class OutputSet {
   OutputSet(const OutputSet&) = delete;
   OutputSet& operator=(const OutputSet&) = delete;
 
+  /// A file that no target may take the place of, beside the input that is named with each.
+  void protect(const std::filesystem::path& input) { inputs_.push_back(input); }
+
   /// Names a target, before the run. Errors: kFileWrite when it could not be created, kUsage when it is named
-  /// twice or is the same file as `input`.
+  /// twice or is the same file as an input.
   void expect(const std::filesystem::path& target, const std::filesystem::path& input);
 
   /// The same for all files of a mesh (mesh/io.h). Errors also: kUsage for a format that is not written.
@@ -48,6 +51,7 @@ class OutputSet {
   };
   void enter(const std::filesystem::path& target, const std::filesystem::path& input);
 
+  std::vector<std::filesystem::path> inputs_;
   std::vector<Entry> entries_;
   OutputFiles files_;
 };

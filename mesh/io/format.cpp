@@ -52,7 +52,8 @@ template <int D, bool Ascii>
 void write_gmf_file(WriteJob& job, const Mesh<D>& mesh) {
   const std::string& version = job.options.version;
   write_gmf(job.files.add(job.path), mesh, {Ascii, version.empty() ? 0 : version[0] - '0'});
-  if (!job.options.solution) return;
+  const fs::path& path = job.options.solution;
+  if (path.empty()) return;
   std::vector<MeshField> fields;
   std::string names;
   for (const MeshField& f : mesh.point_fields) {
@@ -61,7 +62,6 @@ void write_gmf_file(WriteJob& job, const Mesh<D>& mesh) {
     names += fmt::format("{}{} {}", fields.size() > 1 ? ", " : "", fields.size(), f.name);
   }
   if (fields.empty()) return;
-  const fs::path path = solution_path(job.path);
   write_fields<D>(job.files.add(path), path, fields);
   const bool kept = fields.size() == 1 && fields[0].name == "metric";
   if (!kept) job.lost.push_back(fmt::format("the names of fields (in {}: {})", path.string(), names));
@@ -209,7 +209,8 @@ void add_lost_fields(const MeshFormat& format, const Mesh<D>& mesh, const MeshWr
       names.push_back(f.name);
     }
   };
-  add(mesh.point_fields, format.solution && options.solution ? Fields::kTensorFields : format.point_fields);
+  add(mesh.point_fields,
+      format.solution && !options.solution.empty() ? Fields::kTensorFields : format.point_fields);
   add(mesh.cell_fields, format.cell_fields);
   if (!names.empty()) lost.push_back(fmt::format("the fields {}", fmt::join(names, ", ")));
 }

@@ -172,6 +172,26 @@ class Formats(Case):
         self.assertIn("a.su2 cannot hold cell tags", done.stderr)
         self.assertEqual(lamina("convert", self.mesh, self.dir / "a.meshb").stderr, "")
 
+    def test_the_solution_goes_along(self):
+        """Fields of a .sol beside a .mesh, through a format with names and back to the same numbers."""
+        values = np.array([[0.1 * k, 1 + k, 2 * k, -k] for k in range(5)])
+        rows = "\n".join(" ".join(map(repr, map(float, row))) for row in values)
+        head = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n5\n2 1 2\n"
+        (self.dir / "in.sol").write_text(head + rows + "\nEnd\n", encoding="ascii")
+        vtu = self.convert("a.vtu")
+        done = lamina("convert", vtu, self.dir / "b.meshb")
+        self.assertIn("1 sol_1, 2 sol_2", done.stderr)
+        self.run_ok("convert", self.dir / "b.meshb", self.dir / "c.mesh")
+        found = [float(x) for x in (self.dir / "c.sol").read_text(encoding="ascii").split("2 1 2")[1].split()[:-1]]
+        self.assertEqual(found, list(values.ravel()))
+        self.need_meshio()
+        data = meshio.read(vtu).point_data
+        np.testing.assert_array_equal(data["sol_1"], values[:, 0])
+        np.testing.assert_array_equal(data["sol_2"], values[:, 1:])
+        # The .sol is an input: another name of the same mesh must not replace it.
+        done = lamina("convert", self.mesh, self.dir / "sub.su2")
+        self.assertIn("the fields sol_1, sol_2", done.stderr)
+
     def test_a_mesh_without_facets_is_told(self):
         cells = self.convert("cells.vtu", "--cells-only")
         done = lamina("convert", cells, self.dir / "a.su2")

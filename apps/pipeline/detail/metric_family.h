@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "core/analytic_metric.h"
 #include "mesh/adapt.h"
@@ -31,6 +34,15 @@ Metric<D> limited(const Metric<D>& metric, const SizeLimits& limits) {
   return Metric<D>::from_frame(p.axes, limits.of<D>(p.sizes));
 }
 
+/// True where the metric at a level has another size across it than `layers`, the metric of the layers.
+template <int D>
+bool of_other_size(const Level<D>& level, const Metric<D>& layers, double size_floor) {
+  constexpr double kOtherSizes = 0.6;
+  const double thickness = std::max(size_floor, layers.size_along(level.normal));
+  const double ratio = level.metric.size_along(level.normal) / thickness;
+  return ratio < kOtherSizes || ratio > 1.0 / kOtherSizes;
+}
+
 /// A metric stored at the vertices of a mesh. REQUIRES it to outlive this.
 template <int D>
 class BackgroundFamily : public AdaptMetric<D> {
@@ -46,33 +58,26 @@ class BackgroundFamily : public AdaptMetric<D> {
   const BackgroundMetric<D>& metric_;
 };
 
-/// A metric given by a formula, and, where there is one, no coarser than `bound`. REQUIRES both to outlive
-/// this.
+/// A metric given by a formula. REQUIRES it to outlive this.
 template <int D>
 class AnalyticFamily : public AdaptMetric<D> {
  public:
-  explicit AnalyticFamily(const AnalyticMetric<D>& metric, const SizeLimits& limits = {},
-                          const BackgroundMetric<D>* bound = nullptr)
+  explicit AnalyticFamily(const AnalyticMetric<D>& metric, const SizeLimits& limits = {})
       : metric_(metric),
         limits_(limits),
-        as_given_(limits.scale == 1.0 && limits.h_min == 0.0 && std::isinf(limits.h_max) && bound == nullptr),
-        bound_(bound) {}
+        as_given_(limits.scale == 1.0 && limits.h_min == 0.0 && std::isinf(limits.h_max)) {}
   [[nodiscard]] Metric<D> at(const Vec<D>& x, double size_floor) const override {
     const SizedFrame<D> f = metric_.frame(x);
-    const Metric<D> m = Metric<D>::from_frame(f.axes, limits_.of<D>(f.sizes).cwiseMax(size_floor));
-    return bound_ == nullptr ? m : intersect(m, BackgroundFamily<D>(*bound_).at(x, size_floor));
+    return Metric<D>::from_frame(f.axes, limits_.of<D>(f.sizes).cwiseMax(size_floor));
   }
-  /// None where limits or bound leave other sizes than those of the layers.
+  /// None where limits leave other sizes than those of the layers.
   [[nodiscard]] std::optional<Level<D>> level(const Vec<D>& x, double size_floor) const override {
     std::optional<Level<D>> level = metric_.level(x, size_floor);
     if (!level) return std::nullopt;
     const Vec<D> there = x + level->way;
     level->metric = at(there, size_floor);
     if (as_given_) return level;
-    constexpr double kOtherSizes = 0.6;
-    const double thickness = std::max(size_floor, metric_.at(there).size_along(level->normal));
-    const double ratio = level->metric.size_along(level->normal) / thickness;
-    return ratio < kOtherSizes || ratio > 1.0 / kOtherSizes ? std::nullopt : level;
+    return of_other_size<D>(*level, metric_.at(there), size_floor) ? std::nullopt : level;
   }
   [[nodiscard]] std::optional<double> wall_distance(const Vec<D>& x) const override {
     return metric_.wall_distance(x);
@@ -82,7 +87,39 @@ class AnalyticFamily : public AdaptMetric<D> {
   const AnalyticMetric<D>& metric_;
   SizeLimits limits_;
   bool as_given_;
-  const BackgroundMetric<D>* bound_;
+};
+
+/// The intersection of several metrics: no size exceeds that of any of them. Levels and the wall are those of
+/// the first part that has some.
+template <int D>
+class IntersectionFamily : public AdaptMetric<D> {
+ public:
+  using Parts = std::vector<std::unique_ptr<const AdaptMetric<D>>>;
+  explicit IntersectionFamily(Parts parts) : parts_(std::move(parts)) {}
+  [[nodiscard]] Metric<D> at(const Vec<D>& x, double size_floor) const override {
+    Metric<D> m = parts_.front()->at(x, size_floor);
+    for (std::size_t i = 1; i < parts_.size(); ++i) m = intersect(m, parts_[i]->at(x, size_floor));
+    return m;
+  }
+  /// None where the other parts ask for other sizes than those of the layers.
+  [[nodiscard]] std::optional<Level<D>> level(const Vec<D>& x, double size_floor) const override {
+    for (const auto& part : parts_) {
+      std::optional<Level<D>> level = part->level(x, size_floor);
+      if (!level) continue;
+      const Metric<D> own = level->metric;
+      level->metric = at(x + level->way, size_floor);
+      return of_other_size<D>(*level, own, size_floor) ? std::nullopt : level;
+    }
+    return std::nullopt;
+  }
+  [[nodiscard]] std::optional<double> wall_distance(const Vec<D>& x) const override {
+    for (const auto& part : parts_)
+      if (const auto distance = part->wall_distance(x)) return distance;
+    return std::nullopt;
+  }
+
+ private:
+  Parts parts_;
 };
 
 }  // namespace lamina
