@@ -59,7 +59,7 @@ struct MeshWriteOptions {
   bool facets = false;
   bool compress = true;  ///< .vtu
   /// .mesh, .meshb: where point fields go, see solution_path (mesh/solution.h). DEFAULT: nowhere
-  std::filesystem::path solution;
+  std::filesystem::path solution = {};
 };
 
 /// The files that make up the mesh `path`, in the order they are written.
