@@ -1,5 +1,6 @@
 #include "mesh/cell_finder.h"
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <limits>
@@ -55,6 +56,19 @@ double closest_weights(const std::array<Vec<D>, D + 1>& corners, const std::vect
   return best;
 }
 
+/// Weights of x in a cell that holds it, from its edges' cofactors; false where it is outside or too flat to
+/// tell.
+template <int D>
+bool inner_weights(const std::array<Vec<D>, D + 1>& corners, const Vec<D>& x,
+                   std::array<double, D + 1>& weights) {
+  Mat<D> edges;
+  for (int k = 0; k < D; ++k) edges.col(k) = corners[static_cast<std::size_t>(k + 1)] - corners[0];
+  const Vec<D> b = edges.inverse() * (x - corners[0]);
+  weights[0] = 1.0 - b.sum();
+  for (int k = 0; k < D; ++k) weights[static_cast<std::size_t>(k + 1)] = b[k];
+  return std::all_of(weights.begin(), weights.end(), [](double w) { return w >= 0.0; });
+}
+
 }  // namespace
 
 template <int D>
@@ -85,7 +99,8 @@ CellPlace<D> CellFinder<D>::find(const Vec<D>& x) const {
       for (std::size_t k = 0; k <= D; ++k)
         corners[k] = points_[static_cast<std::size_t>(cells_[static_cast<std::size_t>(id)][k])];
       std::array<double, D + 1> weights;
-      const double d2 = closest_weights<D>(corners, all, x, weights);
+      const double d2 =
+          inner_weights<D>(corners, x, weights) ? 0.0 : closest_weights<D>(corners, all, x, weights);
       if (!(d2 < best)) continue;
       best = d2;
       place = {id, weights};

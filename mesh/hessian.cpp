@@ -60,10 +60,16 @@ std::optional<Mat<D>> spread_of(const std::vector<Vec<D>>& offsets) {
   return factor;
 }
 
+template <int D>
+struct Derivatives {
+  Vec<D> gradient = Vec<D>::Zero();
+  Sym<D> hessian{};
+};
+
 /// Least squares over the patch; `full` tells whether it determines all unknowns.
 template <int D>
-Sym<D> fit(const std::vector<Vec<D>>& offsets, const std::vector<double>& rises, const Mat<D>& spread,
-           bool& full) {
+Derivatives<D> fit(const std::vector<Vec<D>>& offsets, const std::vector<double>& rises, const Mat<D>& spread,
+                   bool& full) {
   constexpr double kSingular = 1e-6;
   using Row = Eigen::Matrix<double, 1, kUnknowns<D>>;
   Eigen::Matrix<double, Eigen::Dynamic, kUnknowns<D>> a(offsets.size(), kUnknowns<D>);
@@ -87,15 +93,17 @@ Sym<D> fit(const std::vector<Vec<D>>& offsets, const std::vector<double>& rises,
   Sym<D> packed;
   std::copy_n(found.data() + D, packed.size(), packed.begin());
   const Mat<D> back = spread.template triangularView<Eigen::Lower>().solve(Mat<D>::Identity());
-  return to_sym<D>(back.transpose() * to_matrix<D>(packed) * back);
+  return {back.transpose() * found.template head<D>(),
+          to_sym<D>(back.transpose() * to_matrix<D>(packed) * back)};
 }
 
 template <int D>
-Sym<D> hessian_at(const Mesh<D>& mesh, const Incidence& cells, const std::vector<double>& values, Index v) {
+Derivatives<D> derivatives_at(const Mesh<D>& mesh, const Incidence& cells, const std::vector<double>& values,
+                              Index v) {
   std::vector<Index> patch;
   std::vector<Vec<D>> offsets;
   std::vector<double> rises;
-  Sym<D> hessian{};
+  Derivatives<D> found;
   for (int ring = 1; ring <= kMostRings; ++ring) {
     const std::size_t before = patch.size();
     grow<D>(mesh, cells, v, patch);
@@ -110,10 +118,10 @@ Sym<D> hessian_at(const Mesh<D>& mesh, const Incidence& cells, const std::vector
     const std::optional<Mat<D>> spread = spread_of<D>(offsets);
     if (!spread) continue;
     bool full = false;
-    hessian = fit<D>(offsets, rises, *spread, full);
+    found = fit<D>(offsets, rises, *spread, full);
     if (full) break;
   }
-  return hessian;
+  return found;
 }
 
 /// |H| with no eigenvalue below `least`.
@@ -127,7 +135,8 @@ Metric<D> absolute(const Sym<D>& hessian, double least) {
 }  // namespace
 
 template <int D>
-std::vector<Sym<D>> recover_hessian(const Mesh<D>& mesh, const std::vector<double>& values) {
+std::vector<Sym<D>> recover_hessian(const Mesh<D>& mesh, const std::vector<double>& values,
+                                    std::vector<Vec<D>>* gradient) {
   if (values.size() != mesh.points.size())
     throw Error(ErrorCode::kParameter, fmt::format("{} values for {} points: one for each point is needed",
                                                    values.size(), mesh.points.size()));
@@ -138,9 +147,15 @@ std::vector<Sym<D>> recover_hessian(const Mesh<D>& mesh, const std::vector<doubl
                             bad - values.begin(), *bad));
   const Incidence cells = incidence(mesh.points.size(), mesh.cells);
   std::vector<Sym<D>> hessian(values.size());
+  if (gradient != nullptr) gradient->resize(values.size());
   for_each_index(
       values.size(),
-      [&](std::size_t v) { hessian[v] = hessian_at<D>(mesh, cells, values, static_cast<Index>(v)); }, kGrain);
+      [&](std::size_t v) {
+        const Derivatives<D> found = derivatives_at<D>(mesh, cells, values, static_cast<Index>(v));
+        hessian[v] = found.hessian;
+        if (gradient != nullptr) (*gradient)[v] = found.gradient;
+      },
+      kGrain);
   return hessian;
 }
 
@@ -173,8 +188,10 @@ std::vector<Metric<D>> lp_metric(const Mesh<D>& mesh, const std::vector<Sym<D>>&
   return metric;
 }
 
-template std::vector<Sym<2>> recover_hessian(const Mesh<2>&, const std::vector<double>&);
-template std::vector<Sym<3>> recover_hessian(const Mesh<3>&, const std::vector<double>&);
+template std::vector<Sym<2>> recover_hessian(const Mesh<2>&, const std::vector<double>&,
+                                             std::vector<Vec<2>>*);
+template std::vector<Sym<3>> recover_hessian(const Mesh<3>&, const std::vector<double>&,
+                                             std::vector<Vec<3>>*);
 template std::vector<Metric<2>> lp_metric(const Mesh<2>&, const std::vector<Sym<2>>&, double, double);
 template std::vector<Metric<3>> lp_metric(const Mesh<3>&, const std::vector<Sym<3>>&, double, double);
 

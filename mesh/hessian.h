@@ -14,9 +14,11 @@ namespace lamina {
 /// of degree two, on the boundary too, and independent of how a patch is stretched. Unit: that of the values
 /// over length squared. REQUIRES one value per point and a mesh whose indices are valid. GUARANTEES the same
 /// bits for every thread count. Vertices without enough neighbours to tell get the smallest Hessian that
-/// fits; those without a cell get zero. Errors: kParameter (number of values; a value that is not finite).
+/// fits; those without a cell get zero. `gradient` receives that of the same parabolas. Errors: kParameter
+/// (number of values; a value that is not finite).
 template <int D>
-std::vector<Sym<D>> recover_hessian(const Mesh<D>& mesh, const std::vector<double>& values);
+std::vector<Sym<D>> recover_hessian(const Mesh<D>& mesh, const std::vector<double>& values,
+                                    std::vector<Vec<D>>* gradient = nullptr);
 
 /// The metric of `complexity` elements in which linear interpolation of a field with these Hessians has the
 /// least error in the norm L^p: det(|H|)^(-1/(2p+D)) |H|, scaled. Curvatures below 1e-12

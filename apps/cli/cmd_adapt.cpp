@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "apps/cli/case_flags.h"
 #include "apps/cli/command.h"
 #include "apps/cli/terminal.h"
 #include "apps/pipeline/adaptation.h"
@@ -13,11 +14,18 @@
 namespace lamina::cli {
 namespace {
 
+/// What a wall can be told; its first height is --hmin.
+const std::vector<std::string> kWallOptions = {
+    "body.unit",   "body.polyline", "body.spline", "body.sheet",    "body.grid",      "body.iso",
+    "body.slice",  "flow.re",       "flow.length", "flow.velocity", "flow.viscosity", "flow.yplus",
+    "flow.growth", "flow.regime",   "flow.delta",  "flow.layers",   "levelset"};
+
 struct State {
+  explicit State(CLI::App& app) : wall(app, kWallOptions) {}
+  CaseFlags wall;
   Adaptation adaptation;
   std::vector<std::string> lp_hessians;  // FIELD P FIELD P ...
   std::string metric_out, report, align = "none";
-  bool quiet = false, verbose = false;
 };
 
 void add_metric_options(CLI::App& app, State& s) {
@@ -52,7 +60,15 @@ void add_metric_options(CLI::App& app, State& s) {
       ->type_size(1)
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  app.add_option("--hmin", a.h_min, "no size is smaller (unit: that of MESH; > 0; default: no bound)")
+  app.add_option(
+         "--level-set", a.level_set,
+         "the boundary layer of a wall beside the other metrics, or alone: a point field of MESH with signed "
+         "distances, < 0 inside, or a body as for lamina mesh. Beyond the layers sizes grow up to --hmax")
+      ->type_name("FIELD|BODY")
+      ->group(group);
+  app.add_option("--hmin", a.h_min,
+                 "no size is smaller; with --level-set also its first height unless --case has one (unit: "
+                 "that of MESH; > 0; default: no bound)")
       ->type_name("X")
       ->group(group);
   app.add_option("--hmax", a.h_max,
@@ -100,8 +116,6 @@ void add_other_options(CLI::App& app, State& s) {
                  "worker threads; 0: all of the machine's. The mesh does not depend on it (default: 0)")
       ->type_name("N")
       ->check(CLI::Range(0, 4096));
-  auto* quiet = app.add_flag("-q,--quiet", s.quiet, "no progress and no warnings on stderr");
-  app.add_flag("-v,--verbose", s.verbose, "more progress on stderr")->excludes(quiet);
 }
 
 LpHessian lp_hessian(const std::string& field, const std::string& power) {
@@ -115,10 +129,13 @@ int run(State& s) {
   Adaptation a = s.adaptation;
   for (std::size_t i = 0; i + 1 < s.lp_hessians.size(); i += 2)
     a.lp_hessians.push_back(lp_hessian(s.lp_hessians[i], s.lp_hessians[i + 1]));
+  a.wall = s.wall.read();
+  if (a.level_set.empty() && s.wall.given({"body", "flow", "levelset"}))
+    throw Error(ErrorCode::kUsage, "options of a wall are given, but no wall: name it with --level-set");
   if (!s.metric_out.empty()) a.metric_out = s.metric_out;
   if (!s.report.empty()) a.report = s.report;
   if (s.align == "layers") a.align = Align::kLayers;
-  Terminal terminal(s.quiet ? Verbosity::kQuiet : s.verbose ? Verbosity::kVerbose : Verbosity::kNormal);
+  Terminal terminal(s.wall.verbosity());
   const AdaptationReport report = run_adaptation(a, &terminal);
   fmt::print("{}", adaptation_table(report));
   for (const std::string& line : report.missed) fmt::print(stderr, "lamina: missed: {}\n", line);
@@ -139,10 +156,12 @@ void add_adapt(CLI::App& root, Commands& commands) {
       "Examples:\n"
       "  lamina adapt coarse.meshb --metric wanted.sol -o fine.meshb --metric-out fine.sol\n"
       "  lamina adapt flow.vtu --lp-hessian mach 2 --complexity 20000 --gradation 1.5 -o finer.vtu\n"
+      "  lamina adapt flow.vtu --lp-hessian mach 2 --complexity 50000 --level-set wing.stl --hmin 1e-3 -o "
+      "next.vtu\n"
       "  lamina adapt --analytic tilted-plane:hmin=1e-3 -o plane.vtu\n"
       "Exit codes: 0 done; 1 internal failure; 2 bad input; 3 mesh written, but a wanted property was "
       "missed.");
-  auto state = std::make_shared<State>();
+  auto state = std::make_shared<State>(*app);
   app->add_option("MESH", state->adaptation.mesh,
                   "a mesh (default: with --analytic, a lattice in the box the metric is defined on)");
   add_metric_options(*app, *state);

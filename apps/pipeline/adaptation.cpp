@@ -55,6 +55,12 @@ void check(const Adaptation& a) {
                 "--lp-hessian tells where cells go, not how many: give --complexity N too");
   if (!a.lp_hessians.empty() && a.mesh.empty())
     throw Error(ErrorCode::kUsage, "--lp-hessian needs a mesh with fields");
+  const bool scalable =
+      !a.lp_hessians.empty() || !a.analytic.empty() || !a.metric.empty() || !a.intersect.empty();
+  if (a.complexity > 0.0 && !a.level_set.empty() && !scalable)
+    throw Error(ErrorCode::kUsage,
+                "--complexity scales solution metrics, and --level-set alone has none: give --metric, "
+                "--lp-hessian, --analytic or --intersect too");
   if (!a.analytic.empty() && !a.metric.empty())
     throw Error(ErrorCode::kUsage, "both --analytic and --metric are given: one metric is enough");
   if (a.mesh.empty() && a.analytic.empty())
@@ -76,6 +82,7 @@ void expect_outputs(const Adaptation& a, OutputSet& outputs) {
 void protect_inputs(const Adaptation& a, OutputSet& outputs) {
   outputs.protect(a.metric);
   for (const fs::path& file : a.intersect) outputs.protect(file);
+  outputs.protect(a.level_set);
   for (const LpHessian& wanted : a.lp_hessians) outputs.protect(wanted.field);
 }
 
@@ -221,6 +228,7 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
   std::shared_ptr<const Carrier<D>> input;
   if (!kept.empty() || WantedMetric<D>::needs_input(a)) input = std::make_shared<const Carrier<D>>(mesh);
   WantedMetric<D> wanted(a, input, mesh, stages);
+  if (wanted.wall() != nullptr) report.wall_layer = wanted.wall()->layer();
   mesh.point_fields.clear();
   make_ready<D>(mesh, name, stages);
   stages.done(fmt::format("smallest size {:.4g}", wanted.smallest()));
@@ -281,9 +289,11 @@ void check_formula(const Adaptation& a) {
   const bool layers =
       !a.analytic.empty() &&
       (analytic_dimension(a.analytic) == 2 ? has_layers<2>(a.analytic) : has_layers<3>(a.analytic));
-  if (a.align == Align::kLayers && !layers)
-    throw Error(ErrorCode::kUsage,
-                "--align layers needs a metric with layers: those of --analytic whose names hold \"-bl\"");
+  if (a.align == Align::kLayers && !layers && a.level_set.empty())
+    throw Error(
+        ErrorCode::kUsage,
+        "--align layers needs a metric with layers: --level-set, or those of --analytic whose names hold "
+        "\"-bl\"");
 }
 
 Json given(double value) { return value > 0.0 ? Json(value) : Json(); }
@@ -348,6 +358,8 @@ std::string adaptation_json(const AdaptationReport& r) {
         {"file", given(a.metric.string())},
         {"lp_hessian", std::move(hessians)},
         {"intersect", std::move(intersected)},
+        {"level_set", given(a.level_set)},
+        {"layers", r.wall_layer ? to_json(*r.wall_layer) : Json()},
         {"hmin", given(a.h_min)},
         {"hmax", given(a.h_max)},
         {"gradation", given(a.gradation)},
@@ -376,6 +388,9 @@ std::string adaptation_table(const AdaptationReport& r) {
   };
   row("points", fmt::format("{:>12}  from {}", r.points, r.points_before));
   row("cells", fmt::format("{:>12}  from {}", r.cells, r.cells_before));
+  if (r.wall_layer)
+    row("layers", fmt::format("{} of growth {:g}: h_min {:.4g}, top {:.4g}", r.wall_layer->layers,
+                              r.wall_layer->growth, r.wall_layer->h_min, r.wall_layer->top()));
   row("complexity", fmt::format("{:.6g}", r.score.complexity));
   row("unit edges", fmt::format("{:.2f} %, metric lengths {:.3g} to {:.3g}", 100.0 * r.score.unit_share,
                                 r.score.length_min, r.score.length_max));

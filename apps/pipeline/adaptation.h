@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/pipeline/case.h"
 #include "apps/pipeline/outcome.h"
 #include "core/progress.h"
 #include "mesh/adapt.h"
@@ -32,6 +33,11 @@ struct Adaptation {
   std::filesystem::path metric;
   std::vector<LpHessian> lp_hessians;  ///< each of the wanted complexity before they are intersected
   std::vector<std::filesystem::path> intersect;  ///< more metrics, given as `metric` is
+  /// A wall whose layers bound all of that: a point field of signed distances, or a body as `lamina mesh` has
+  /// them. Alone: its metric only. Sizes beyond the layers grow by `wall`'s gradation, without h1 and h2 up
+  /// to `h_max`.
+  std::string level_set;
+  Case wall;  ///< options of that wall; its h_min is by default `h_min`, its domain the bounds of `mesh`
   std::vector<std::filesystem::path> outputs;
   std::optional<std::filesystem::path> metric_out, report;
   double h_min = 0.0;       ///< smallest size, world units; 0: no bound
@@ -56,7 +62,8 @@ struct AdaptationReport : RunOutcome {
   int dimension = 3;
   std::int64_t points_before = 0, cells_before = 0;
   std::int64_t points = 0, cells = 0, facets = 0;
-  double scale = 1.0;  ///< factor on all sizes that --complexity asked for
+  double scale = 1.0;                       ///< factor on all sizes that --complexity asked for
+  std::optional<BoundaryLayer> wall_layer;  ///< of level_set
   std::vector<CarriedField> fields;
   Score score;
   std::optional<LayerScore> layers;  ///< of a metric with layers

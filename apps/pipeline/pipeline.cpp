@@ -191,10 +191,7 @@ AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
   options.quality_floor = r.c.quality_floor;
   options.align = r.c.align;
   options.start_size = 2.0 * r.sizes.h1;  // given: a seed may be unit and yet know nothing of a small body
-  options.end_size = r.layer.h_min;
-  for (const SizeGrid& p : body.painted) options.end_size = std::min(options.end_size, p.range().first);
-  for (const SizedBox& b : r.sizes.boxes) options.end_size = std::min(options.end_size, b.size);
-  if (body.user) options.end_size = std::min(options.end_size, body.user->smallest);
+  options.end_size = smallest_size(r, body);
   return options;
 }
 
@@ -396,6 +393,14 @@ WallMetric wall_metric(const Body& body, const ResolvedCase& r) {
   std::vector<const SizeField*> painted;
   for (const SizeGrid& p : body.painted) painted.push_back(&p);
   return {body.level_set, r.layer, r.sizes, std::move(painted), body.user ? body.user->field.get() : nullptr};
+}
+
+double smallest_size(const ResolvedCase& r, const Body& body) {
+  double least = r.layer.h_min;
+  for (const SizeGrid& p : body.painted) least = std::min(least, p.range().first);
+  for (const SizedBox& b : r.sizes.boxes) least = std::min(least, b.size);
+  if (body.user) least = std::min(least, body.user->smallest);
+  return least;
 }
 
 std::string size_text(const Body& body) {

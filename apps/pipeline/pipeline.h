@@ -50,6 +50,12 @@ std::unique_ptr<const AdaptMetric<D>> metric_family(const WallMetric& metric);
 /// Fills every default of the case that depends on the body (length, layers, boxes, sizes) and checks it.
 ResolvedCase resolve_case(const Case& c, const Body& body);
 
+/// The sizes of a case as the metric takes them. REQUIRES h2, h1, the domain and Box2.
+SizeOptions size_options(const Case& c);
+
+/// Smallest size that the metric of a resolved case has anywhere.
+double smallest_size(const ResolvedCase& r, const Body& body);
+
 /// "120 voxels", or of a profile "64 points of 1 curve".
 std::string size_text(const Body& body);
 

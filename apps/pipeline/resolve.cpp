@@ -148,18 +148,8 @@ void resolve_sizes(ResolvedCase& r, double extent) {
         fmt::format("the last layer's size {:.3g} exceeds h2 = {:g}, which bounds it: fewer "
                     "--layers, a smaller --growth or a larger --h2 fit better",
                     r.layer.top_size(), *c.h2));
-  r.sizes.h2 = *c.h2;
-  r.sizes.h1 = *c.h1;
   if (!c.box1) c.box1 = r.sizes.domain;
-  r.sizes.box1 = c.box1;
-  r.sizes.profile = c.profile;
-  r.sizes.growth_inside = c.growth_inside;
-  r.sizes.corner_elements = c.corner_elements;
-  r.sizes.edge_growth = c.edge_growth;
-  r.sizes.gradation = c.gradation;
-  r.sizes.chord = c.chord;
-  r.sizes.boxes = c.boxes;
-  r.sizes.walls = c.walls;
+  r.sizes = size_options(c);
 }
 
 void check_user_sizes(ResolvedCase& r, const Body& body) {
@@ -182,6 +172,24 @@ void check_user_sizes(ResolvedCase& r, const Body& body) {
 }
 
 }  // namespace
+
+SizeOptions size_options(const Case& c) {
+  SizeOptions sizes;
+  sizes.h2 = c.h2.value();
+  sizes.h1 = c.h1.value();
+  sizes.domain = c.domain.value();
+  sizes.box2 = c.box2.value();
+  sizes.box1 = c.box1;
+  sizes.profile = c.profile;
+  sizes.growth_inside = c.growth_inside;
+  sizes.corner_elements = c.corner_elements;
+  sizes.edge_growth = c.edge_growth;
+  sizes.gradation = c.gradation;
+  sizes.chord = c.chord;
+  sizes.boxes = c.boxes;
+  sizes.walls = c.walls;
+  return sizes;
+}
 
 ResolvedCase resolve_case(const Case& given, const Body& body) {
   ResolvedCase r;

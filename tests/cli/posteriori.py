@@ -176,6 +176,66 @@ class Posteriori(Case):
         self.assert_one_error(lamina("adapt", self.dir / "a.mesh", "--metric", self.dir / "x.sol", "--intersect",
                                      self.dir / "y.sol", "-o", self.dir / "b.vtu", "-q"), BAD_INPUT, "y.sol", "5 tensors")
 
+    def circle(self):
+        """A lattice with distances to a circle of radius 1/4 and a front beside it, and the circle as a profile."""
+        points = self.start(30)
+        distance = np.hypot(*(points - 0.5).T) - 0.25
+        write_sol(self.dir / "a.sol", 2, distance, np.tanh((points[:, 0] - 0.9) / 0.05))
+        angles = np.linspace(0, 2 * np.pi, 200, endpoint=False)
+        ring = 0.5 + 0.25 * np.column_stack([np.cos(angles), np.sin(angles)])
+        rows = [f"{float(x)!r},{float(y)!r}" for x, y in np.vstack([ring, ring[:1]])]
+        (self.dir / "circle.csv").write_text("\n".join(rows) + "\n", encoding="ascii")
+
+    def test_layers_beside_a_solution(self):
+        """By a field of distances, or by the body: the same layers, and the front has its cells too."""
+        self.circle()
+        layers = ("--hmin", 5e-3, "--layers", 4, "--hmax", 0.25, "--align", "layers")
+        solution = ("--lp-hessian", "sol_2", 2, "--complexity", 1000)
+        bare = {}
+        for wall in ("sol_1", self.dir / "circle.csv"):
+            scores = []
+            for words in ((), solution):
+                self.adapt(self.dir / "a.mesh", "--level-set", wall, "--spline", *layers, *words, "-o",
+                           self.dir / "b.vtu", "--report", self.dir / "b.json")
+                told = read_json(self.dir / "b.json")
+                self.assertEqual(told["metric"]["layers"]["layers"], 4)
+                self.assertGreater(told["levels"]["on_level"], 0.95 * told["levels"]["points"])
+                self.assertLess(told["levels"]["mean_offset"], 0.02)
+                self.assertGreater(told["score"]["unit_share"], 0.9)
+                # On the wall: on the circle to a fraction of a layer.
+                points, _ = read_mesh(self.dir / "b.vtu")
+                height = np.abs(np.hypot(*(points - 0.5).T) - 0.25)
+                on_wall = height < 1e-3
+                self.assertGreater(on_wall.sum(), 0.8 * told["levels"]["ideal_on_wall"])
+                self.assertLess(height[on_wall].max(), 2.5e-4)
+                scores.append((told["score"]["complexity"], told["cells"]))
+            self.assertAlmostEqual(scores[1][0], 1000, delta=100)
+            bare[wall] = scores[0][0]
+        by_field, by_body = bare.values()
+        self.assertAlmostEqual(by_field, by_body, delta=0.03 * by_body)
+
+    def test_bad_walls(self):
+        self.circle()
+        body = self.dir / "circle.csv"
+        out = ("-o", self.dir / "b.meshb", "-q")
+        for words, *needles in (
+                (("--level-set", "phi"), "phi", "sol_1, sol_2"),
+                (("--level-set", "sol_3"), "sol_3", "did you mean"),
+                (("--level-set", self.dir / "a.mesh"), "not a body"),
+                (("--level-set", body, "--layers", 3, "--complexity", 100), "--complexity", "--lp-hessian"),
+                (("--lp-hessian", "sol_2", 2, "--complexity", 100, "--layers", 3), "--level-set"),
+                (("--lp-hessian", "sol_2", 2, "--complexity", 100, "--align", "layers"), "--align layers", "--level-set"),
+                (("--level-set", body, "--layers", 3, "--hmin", 5e-3, "--lp-hessian", "sol_2", 2, "--complexity", 10),
+                 "--complexity", "layers of --level-set")):
+            with self.subTest(words=words):
+                self.assert_one_error(lamina("adapt", self.dir / "a.mesh", *words, *out), BAD_INPUT, *needles)
+        write_sol(self.dir / "a.sol", 2, np.ones(31 * 31))
+        self.assert_one_error(lamina("adapt", self.dir / "a.mesh", "--level-set", "sol_1", *out), BAD_INPUT,
+                              "nowhere 0")
+        self.sample("sphere")
+        self.assert_one_error(lamina("adapt", self.dir / "a.mesh", "--level-set", self.dir / "sphere.stl", *out),
+                              BAD_INPUT, "2 dimensions", "body in 3")
+
     def test_a_solution_of_another_mesh_is_left_out(self):
         self.start()
         write_sol(self.dir / "a.sol", 2, np.ones(5))

@@ -5,11 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/pipeline/text.h"
 #include "core/error.h"
-#include "core/file.h"
 #include "core/parallel.h"
-#include "core/words.h"
 #include "mesh/complexity.h"
 #include "mesh/gradation.h"
 #include "mesh/hessian.h"
@@ -18,77 +15,14 @@
 #include "mesh/solution.h"
 
 namespace lamina {
-namespace {
 
 namespace fs = std::filesystem;
-
-bool is_solution(const fs::path& file) {
-  const std::string extension = lower_extension(file);
-  return extension == ".sol" || extension == ".solb";
-}
-
-/// The number behind the last colon, and the name before it.
-std::optional<std::pair<std::string, int>> split_component(const std::string& spec) {
-  const std::size_t at = spec.rfind(':');
-  if (at == std::string::npos) return std::nullopt;
-  const auto number = parse_number(std::string_view(spec).substr(at + 1));
-  if (!number || *number < 1.0 || *number > 1e6 || *number != std::floor(*number)) return std::nullopt;
-  return std::pair(spec.substr(0, at), static_cast<int>(*number));
-}
-
-std::vector<double> component_of(const MeshField& field, int number) {
-  const auto width = static_cast<std::size_t>(field.components);
-  std::vector<double> values(field.values.size() / width);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = field.values[i * width + static_cast<std::size_t>(number - 1)];
-  return values;
-}
-
-template <int D>
-std::vector<double> scalar_of_file(const Mesh<D>& mesh, const std::string& file,
-                                   const std::string& mesh_name) {
-  std::vector<MeshField> fields = read_fields<D>(file);
-  if (fields.size() != 1 || fields[0].components != 1)
-    throw Error(
-        ErrorCode::kParameter,
-        fmt::format("{}: holds {} of {} components; one scalar is needed", file,
-                    counted(static_cast<std::int64_t>(fields.size()), "field"), fields[0].components));
-  if (fields[0].values.size() != mesh.points.size())
-    throw Error(ErrorCode::kParameter, fmt::format("{}: holds {} values, but {} has {} points", file,
-                                                   fields[0].values.size(), mesh_name, mesh.points.size()));
-  return std::move(fields[0].values);
-}
-
-}  // namespace
-
-template <int D>
-std::vector<double> scalar_field(const Mesh<D>& mesh, const std::string& spec, const char* option,
-                                 const std::string& mesh_name) {
-  const MeshField* field = mesh.point_field(spec);
-  if (field != nullptr && field->components == 1) return field->values;
-  if (field != nullptr)
-    throw Error(ErrorCode::kUsage, fmt::format("{} {}: has {} components; name one of them, as {}:1", option,
-                                               spec, field->components, spec));
-  if (is_solution(spec)) return scalar_of_file<D>(mesh, spec, mesh_name);
-  if (const auto part = split_component(spec)) {
-    field = mesh.point_field(part->first);
-    if (field != nullptr && part->second <= field->components) return component_of(*field, part->second);
-    if (field != nullptr)
-      throw Error(ErrorCode::kUsage, fmt::format("{} {}: {} has {}", option, spec, part->first,
-                                                 counted(field->components, "component")));
-  }
-  std::vector<std::string> names;
-  for (const MeshField& f : mesh.point_fields) names.push_back(f.name);
-  throw Error(ErrorCode::kUsage,
-              fmt::format("{} {}: {} has no such point field{}; {}", option, spec, mesh_name,
-                          did_you_mean(spec, names),
-                          names.empty() ? "it has none" : fmt::format("it has {}", join(names))));
-}
 
 template <int D>
 bool WantedMetric<D>::needs_input(const Adaptation& a) {
   const auto on_points = [](const fs::path& file) { return is_solution(file); };
-  return (a.analytic.empty() && a.metric.empty()) || on_points(a.metric) || !a.lp_hessians.empty() ||
+  return (a.analytic.empty() && a.metric.empty() && a.level_set.empty()) || on_points(a.metric) ||
+         !a.lp_hessians.empty() || (!a.level_set.empty() && !a.mesh.empty()) ||
          std::any_of(a.intersect.begin(), a.intersect.end(), on_points);
 }
 
@@ -105,11 +39,12 @@ WantedMetric<D>::WantedMetric(const Adaptation& a, std::shared_ptr<const Carrier
   if (!a.analytic.empty()) formula_ = make_analytic_metric<D>(a.analytic);
   if (!a.metric.empty()) {
     add_file(a.metric);
-  } else if (!formula_ && a.lp_hessians.empty()) {
+  } else if (!formula_ && a.lp_hessians.empty() && a.level_set.empty()) {
     add_on_input(metric_of<D>(input_->mesh, a.mesh));
   }
   add_hessians(progress);
   for (const fs::path& file : a.intersect) add_file(file);
+  if (!a.level_set.empty()) wall_ = std::make_unique<const AdaptWall<D>>(a, input_.get(), domain, progress);
   apply(&progress);
   if (a.complexity > 0.0) fit_complexity(domain, progress);
 }
@@ -176,31 +111,45 @@ void WantedMetric<D>::apply(Progress* progress) {
 template <int D>
 double WantedMetric<D>::complexity_on(const Mesh<D>& domain) const {
   if (!complexity_is_estimate()) return score<D>(stored_[0].carrier->mesh, stored_[0].limited).complexity;
+  constexpr std::size_t kSamples =
+      50000;  // each try takes as many: the mesh tells more, see correct_complexity
   const auto metric = family();
-  return estimate_complexity<D>(domain, [&](const Vec<D>& x) { return metric->at(x, 0.0); });
+  return estimate_complexity<D>(
+      domain, [&](const Vec<D>& x) { return metric->at(x, 0.0); }, kSamples);
 }
 
+/// Secants of the logarithms. The complexity never grows with the scale, as scale^-D where no limit holds and
+/// hardly at all where limits hold most sizes.
 template <int D>
 void WantedMetric<D>::fit_complexity(const Mesh<D>& domain, Progress& progress) {
-  constexpr double kClose = 2e-3;
+  constexpr double kClose = 2e-3, kFlattest = 0.05;
   constexpr int kMostTries = 30;
-  double reached = 0.0;
-  for (int i = 0; i < kMostTries; ++i) {
+  const double wanted = std::log(a_.complexity);
+  double slope = -D, position = std::log(limits_.scale), excess = std::log(complexity_on(domain)) - wanted;
+  double nearest = excess;
+  for (int i = 0; i < kMostTries && std::abs(excess) > kClose; ++i) {
     progress.check_cancelled();
-    reached = complexity_on(domain);
-    if (std::abs(reached / a_.complexity - 1.0) <= kClose) return;
-    limits_.scale *= std::pow(reached / a_.complexity, 1.0 / D);
+    const double next = position - excess / slope;
+    limits_.scale = std::exp(next);
     apply(&progress);
+    const double there = std::log(complexity_on(domain)) - wanted;
+    slope = std::clamp((there - excess) / (next - position), -static_cast<double>(D), -kFlattest);
+    position = next;
+    excess = there;
+    if (std::abs(excess) < std::abs(nearest)) nearest = excess;
   }
-  throw Error(
-      ErrorCode::kParameter,
-      fmt::format("--complexity = {:g} is out of reach within --hmin and --hmax: {:.4g} is the nearest",
-                  a_.complexity, reached));
+  if (!(std::abs(excess) <= kClose))
+    throw Error(
+        ErrorCode::kParameter,
+        fmt::format("--complexity = {:g} is out of reach within --hmin and --hmax{}: {:.4g} is the nearest",
+                    a_.complexity, wall_ ? " and with the layers of --level-set" : "",
+                    std::exp(wanted + nearest)));
 }
 
 template <int D>
 std::unique_ptr<const AdaptMetric<D>> WantedMetric<D>::family() const {
   typename IntersectionFamily<D>::Parts parts;
+  if (wall_) parts.push_back(wall_->family());
   if (formula_) parts.push_back(std::make_unique<AnalyticFamily<D>>(*formula_, limits_));
   for (const auto& background : backgrounds_)
     parts.push_back(std::make_unique<BackgroundFamily<D>>(*background));
@@ -212,6 +161,7 @@ std::unique_ptr<const AdaptMetric<D>> WantedMetric<D>::family() const {
 template <int D>
 double WantedMetric<D>::smallest() const {
   double least = formula_ ? limits_.of(formula_->smallest()) : std::numeric_limits<double>::infinity();
+  if (wall_) least = std::min(least, wall_->smallest());
   for (const auto& background : backgrounds_) least = std::min(least, background->smallest());
   return least;
 }
@@ -237,9 +187,5 @@ void WantedMetric<D>::bound_by(const Mesh<D>& mesh, const std::vector<Metric<D>>
 
 template class WantedMetric<2>;
 template class WantedMetric<3>;
-template std::vector<double> scalar_field(const Mesh<2>&, const std::string&, const char*,
-                                          const std::string&);
-template std::vector<double> scalar_field(const Mesh<3>&, const std::string&, const char*,
-                                          const std::string&);
 
 }  // namespace lamina

@@ -1,29 +1,16 @@
-// The metric that an adaptation asks for, put together from a formula, files and Hessians.
+// The metric that an adaptation asks for, put together from a formula, files, Hessians and a wall.
 #pragma once
 
 #include <memory>
 #include <vector>
 
 #include "apps/pipeline/adaptation.h"
+#include "apps/pipeline/detail/adapt_wall.h"
+#include "apps/pipeline/detail/carrier.h"
 #include "apps/pipeline/detail/metric_family.h"
 #include "core/progress.h"
 
 namespace lamina {
-
-/// A mesh as it was read, that metrics and fields are interpolated on.
-template <int D>
-struct Carrier {
-  explicit Carrier(Mesh<D> m) : mesh(std::move(m)), places(std::make_shared<const CellFinder<D>>(mesh)) {}
-  Mesh<D> mesh;
-  std::shared_ptr<const CellFinder<D>> places;
-};
-
-/// The values of a scalar point field. `spec` names it, as "NAME:K" its K-th component (from 1), or is a .sol
-/// or .solb of the mesh's points that holds one scalar. `option` and `mesh_name` are used in messages.
-/// Errors: kUsage listing the fields, those of reading files.
-template <int D>
-std::vector<double> scalar_field(const Mesh<D>& mesh, const std::string& spec, const char* option,
-                                 const std::string& mesh_name);
 
 /// Each metric is interpolated on the mesh it was given on, or evaluated where it is a formula, and the
 /// intersection is taken where a vertex goes: no mesh is bound to the resolution of another.
@@ -44,8 +31,10 @@ class WantedMetric {
   [[nodiscard]] double scale() const { return limits_.scale; }
   [[nodiscard]] bool has_formula() const { return formula_ != nullptr; }
   /// The complexity was estimated without a mesh that resolves the metric.
-  [[nodiscard]] bool complexity_is_estimate() const { return stored_.size() != 1 || formula_ != nullptr; }
-  /// Multiplies all sizes by `factor`, within the limits.
+  [[nodiscard]] bool complexity_is_estimate() const { return stored_.size() != 1 || formula_ || wall_; }
+  /// The layers along the wall; null where there is none.
+  [[nodiscard]] const AdaptWall<D>* wall() const { return wall_.get(); }
+  /// Multiplies all sizes but those of the wall by `factor`, within the limits.
   void rescale(double factor);
   /// The formula, and not what bounds it, at points.
   [[nodiscard]] std::vector<Metric<D>> formula_at(const std::vector<Vec<D>>& points) const;
@@ -67,6 +56,7 @@ class WantedMetric {
   const Adaptation& a_;
   std::shared_ptr<const Carrier<D>> input_;
   std::unique_ptr<const AnalyticMetric<D>> formula_;
+  std::unique_ptr<const AdaptWall<D>> wall_;
   std::vector<Stored> stored_;
   std::vector<std::unique_ptr<const BackgroundMetric<D>>> backgrounds_;  ///< of stored_
   std::unique_ptr<const BackgroundMetric<D>> bound_;
