@@ -48,6 +48,8 @@ using Snapshot = FunctionRef<std::string()>;
 /// mesh.
 using IterationCallback = std::function<bool(const AdaptStep& step, Snapshot snapshot)>;
 
+inline constexpr double kHausdorffShare = 1e-3;
+
 struct AdaptOptions {
   /// No accepted operation makes a cell worse than min(floor, what was there); the split of an edge longer
   /// than 2 may go down to min(0.4 floor, what was there).
@@ -58,6 +60,12 @@ struct AdaptOptions {
   int passes_per_step = 3;  ///< block passes per step of the homotopy
   int final_passes = 8;  ///< at most so many at the wanted metric, dearer ones; fewer where they gain little
   Align align = Align::kAnywhere;
+  /// Largest distance between new facets of curved boundaries and the input's; 0: kHausdorffShare of the
+  /// diagonal of the mesh.
+  double hausdorff = 0.0;
+  /// Degrees, in (0, 90]: at larger angles between facets of one tag the boundary has a ridge, in 2D a
+  /// corner, which is kept.
+  double ridge_angle = 45.0;
   int block_vertices = 16384;  ///< vertices per block; fixed by the mesh, never by the thread count
   IterationCallback after_step = {};
   /// A snapshot of a run on the same mesh and metric with the same options, by the same build on the same
@@ -90,15 +98,16 @@ struct AdaptSummary {
   std::string stopped_because;
 };
 
-/// Adapts `mesh` in place. The boundary of the domain is kept: flat faces stay flat, edges and corners of a
-/// box stay. REQUIRES a valid mesh (mesh/validate.h) whose boundary consists of at most 31 flat pieces,
-/// facets of one tag in one plane counting as one; boundary facets may be missing from the list. Of the
-/// input's tags those of boundary facets and one that all cells share are kept, with names, fields are not.
+/// Adapts `mesh` in place. The boundary of the domain is kept: facets of one tag between ridges are a piece.
+/// Flat pieces stay flat, ridges and corners stay. Vertices of curved pieces lie on the input's facets or
+/// between two of their own that do, and new facets within `hausdorff` of the input's. REQUIRES a valid mesh
+/// (mesh/validate.h); boundary facets may be missing from the list. Of the input's tags those of boundary
+/// facets and one that all cells share are kept, with names, fields are not.
 /// GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits for every
 /// thread count; (4) `metric` receives the metric of every vertex, at the size floor of the last step, which
 /// is the wanted metric unless `after_step` ended the run; (5) a mesh that is unit already and that polishing
-/// would hardly improve stays as it is, unless `start_size` is given. Errors: kAdapt (a boundary that is not
-/// made of flat pieces, tagged facets within the mesh, a snapshot of another run), kInterrupted as soon as
+/// would hardly improve stays as it is, unless `start_size` is given. Errors: kAdapt (tagged facets within
+/// the mesh, more than 65534 pieces, a snapshot of another run), kInterrupted as soon as
 /// `progress` asks for it; the mesh is then what it was.
 template <int D>
 AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,

@@ -107,6 +107,20 @@ void add_other_options(CLI::App& app, State& s) {
                              a.quality_floor))
       ->type_name("X")
       ->check(CLI::Range(0.0, 0.5));
+  app.add_option(
+         "--hausdorff", a.hausdorff,
+         fmt::format("largest distance of new facets of curved boundaries from those of MESH (unit: that of "
+                     "MESH; > 0; default: {:g} of the diagonal of its box)",
+                     kHausdorffShare))
+      ->type_name("X")
+      ->group("Boundary");
+  app.add_option(
+         "--ridge-angle", a.ridge_angle,
+         fmt::format("angle between facets, in degrees, above which the boundary has a ridge, in 2D "
+                     "a corner; ridges, corners and borders of tags are kept (0 to 90; default: {:g})",
+                     a.ridge_angle))
+      ->type_name("X")
+      ->group("Boundary");
   app.add_option("--align", s.align,
                  "where vertices go: none, anywhere, which makes the most regular cells, or layers, onto the "
                  "levels of a metric with layers (none | layers; default: none)")
@@ -150,7 +164,7 @@ void add_adapt(CLI::App& root, Commands& commands) {
       "Point fields of MESH, of a .mesh or .meshb those of the .solb or .sol beside it, are carried to the "
       "new "
       "mesh: linear within the old cells.\n"
-      "The boundary must consist of flat pieces; their edges, corners and tags are kept.\n"
+      "The boundary is followed: planes exactly, curved surfaces within --hausdorff; tags are kept.\n"
       "Metrics for --analytic, with their keys and defaults:\n" +
       analytic_list() +
       "Examples:\n"

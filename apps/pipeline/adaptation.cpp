@@ -61,6 +61,10 @@ void check(const Adaptation& a) {
     throw Error(ErrorCode::kUsage,
                 "--complexity scales solution metrics, and --level-set alone has none: give --metric, "
                 "--lp-hessian, --analytic or --intersect too");
+  positive(a.hausdorff, "--hausdorff");
+  if (!(a.ridge_angle > 0.0 && a.ridge_angle <= 90.0))
+    throw Error(ErrorCode::kParameter,
+                fmt::format("--ridge-angle = {:g} must be in (0, 90] degrees", a.ridge_angle));
   if (!a.analytic.empty() && !a.metric.empty())
     throw Error(ErrorCode::kUsage, "both --analytic and --metric are given: one metric is enough");
   if (a.mesh.empty() && a.analytic.empty())
@@ -238,6 +242,8 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
   AdaptOptions options;
   options.quality_floor = a.quality_floor;
   options.align = a.align;
+  options.hausdorff = a.hausdorff;
+  options.ridge_angle = a.ridge_angle;
   options.end_size = wanted.smallest();
   report.adapt = adapt<D>(mesh, *wanted.family(), metric, options, &stages);
   if (wanted.has_formula() && a.gradation > 0.0) bound_growth<D>(a, options, wanted, mesh, metric, stages);
@@ -366,6 +372,8 @@ std::string adaptation_json(const AdaptationReport& r) {
         {"wanted_complexity", given(a.complexity)},
         {"scale", r.scale}}},
       {"quality_floor", a.quality_floor},
+      {"hausdorff", given(a.hausdorff)},
+      {"ridge_angle", a.ridge_angle},
       {"align", a.align == Align::kLayers ? "layers" : "none"},
       {"cells", r.cells},
       {"points", r.points},

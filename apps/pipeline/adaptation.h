@@ -46,6 +46,8 @@ struct Adaptation {
   /// Bound on the growth of sizes per unit of metric length, see mesh/gradation.h; 0: none.
   double gradation = 0.0;
   double quality_floor = AdaptOptions{}.quality_floor;
+  double hausdorff = 0.0;  ///< as AdaptOptions::hausdorff
+  double ridge_angle = AdaptOptions{}.ridge_angle;
   Align align = Align::kAnywhere;  ///< kLayers: for metrics with layers only
   int threads = 0;                 ///< 0: all
 };

@@ -267,7 +267,7 @@ AdaptState<D> first_state(const Mesh<D>& mesh, const AdaptMetric<D>& field, cons
     state.summary.operators.emplace_back();
     state.summary.operators.back().name = name;
   }
-  state.mesh = import_mesh(mesh, state.tags);
+  state.mesh = import_mesh(mesh, options, state.tags);
   double first = options.start_size;
   if (!(first > 0.0)) {
     constexpr double kUnitShare = 0.8;

@@ -97,13 +97,13 @@ class OpenFacets {
 };
 
 template <int D>
-void connect(LocalMesh<D>& local, const std::vector<std::array<std::uint8_t, D + 1>>& tags) {
+void connect(LocalMesh<D>& local, const std::vector<std::array<PieceId, D + 1>>& pieces) {
   OpenFacets<D> open(local.vertices.size());
   for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
     auto& cell = local.cells[c];
     for (int i = 0; i <= D; ++i) {
-      if (tags[c][i] != 0) {
-        cell.n[i] = boundary_code(tags[c][i]);
+      if (pieces[c][i] != 0) {
+        cell.n[i] = boundary_code(pieces[c][i]);
         continue;
       }
       std::array<Index, D> f;
@@ -119,13 +119,13 @@ template <int D>
 Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t count) {
   Piece<D> piece;
   LocalMesh<D>& local = piece.mesh;
-  local.normals = mesh.normals;
+  local.shape = mesh.shape.get();
   local.cells.resize(count);
-  std::vector<std::array<std::uint8_t, D + 1>> tags(count);
+  std::vector<std::array<PieceId, D + 1>> pieces(count);
   IndexMap ids(count / (D == 3 ? 4 : 1));
   for (std::size_t k = 0; k < count; ++k) {
     const Index g = cells[k];
-    tags[k] = mesh.facet_tags[g];
+    pieces[k] = mesh.facet_pieces[g];
     for (int i = 0; i <= D; ++i) {
       const Index v = mesh.cells[g][i];
       bool inserted = false;
@@ -137,7 +137,7 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
         vertex.x = mesh.x[v];
         vertex.metric = mesh.metric[v];
         vertex.density = vertex.metric.sqrt_det();
-        vertex.tags = mesh.tags[v];
+        vertex.pieces = mesh.pieces[v];
         vertex.changed = mesh.changed[v];
         vertex.level = mesh.level[v];
         local.vertices.push_back(vertex);
@@ -147,7 +147,7 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
     }
     local.cells[k].energy = local.energy(local.corners(local.cells[k].v));
   }
-  connect<D>(local, tags);
+  connect<D>(local, pieces);
   for (const auto& cell : local.cells)
     for (int i = 0; i <= D; ++i)
       if (cell.n[i] == kInterface)
@@ -159,7 +159,7 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
 template <int D>
 struct Result {
   std::vector<std::array<Index, D + 1>> cells;
-  std::vector<std::array<std::uint8_t, D + 1>> facet_tags;
+  std::vector<std::array<PieceId, D + 1>> facet_pieces;
   std::vector<Index> kept;  // vertices that were there before, as the piece numbers them
   std::vector<typename LocalMesh<D>::Vertex> added;
   std::vector<Index> frozen;  // vertices on interfaces, listed by every piece that has them
@@ -189,25 +189,25 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
       mesh.level[id[v]] = vertex.level;
       mesh.x[id[v]] = vertex.x;
       mesh.metric[id[v]] = vertex.metric;
-      mesh.tags[id[v]] = vertex.tags;
+      mesh.pieces[id[v]] = vertex.pieces;
     } else {
       id[v] = old_count + static_cast<Index>(r.added.size());
       r.added.push_back(vertex);
     }
   }
   r.cells.reserve(local.cells.size());
-  r.facet_tags.reserve(local.cells.size());
+  r.facet_pieces.reserve(local.cells.size());
   for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
     if (!local.alive(c)) continue;
     const auto& cell = local.cells[c];
     std::array<Index, D + 1> v;
-    std::array<std::uint8_t, D + 1> t;
+    std::array<PieceId, D + 1> t;
     for (int i = 0; i <= D; ++i) {
       v[i] = id[cell.v[i]];
-      t[i] = is_boundary(cell.n[i]) ? static_cast<std::uint8_t>(boundary_tag(cell.n[i])) : 0;
+      t[i] = is_boundary(cell.n[i]) ? static_cast<PieceId>(boundary_piece(cell.n[i])) : 0;
     }
     r.cells.push_back(v);
-    r.facet_tags.push_back(t);
+    r.facet_pieces.push_back(t);
   }
   return r;
 }
@@ -225,7 +225,7 @@ Result<D> others(const GlobalMesh<D>& mesh, const std::vector<Index>& cells) {
       continue;
     }
     r.cells.push_back(mesh.cells[c]);
-    r.facet_tags.push_back(mesh.facet_tags[c]);
+    r.facet_pieces.push_back(mesh.facet_pieces[c]);
   }
   return r;
 }
@@ -267,12 +267,12 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
   }
   renumber_values<D>(mesh.x, renumber, count, results, added_base, &Vertex::x);
   renumber_values<D>(mesh.metric, renumber, count, results, added_base, &Vertex::metric);
-  renumber_values<D>(mesh.tags, renumber, count, results, added_base, &Vertex::tags);
+  renumber_values<D>(mesh.pieces, renumber, count, results, added_base, &Vertex::pieces);
   renumber_values<D>(mesh.changed, renumber, count, results, added_base, &Vertex::changed);
   renumber_values<D>(mesh.level, renumber, count, results, added_base, &Vertex::level);
   const auto cells = exclusive_scan(cell_base);
   mesh.cells.resize(cells);
-  mesh.facet_tags.resize(cells);
+  mesh.facet_pieces.resize(cells);
   for_each_index(
       results.size(),
       [&](std::size_t b) {
@@ -283,7 +283,7 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
             const Index v = r.cells[i][k];
             cell[k] = v < old_count ? renumber[v] : added_base[b] + (v - old_count);
           }
-          mesh.facet_tags[cell_base[b] + static_cast<std::int64_t>(i)] = r.facet_tags[i];
+          mesh.facet_pieces[cell_base[b] + static_cast<std::int64_t>(i)] = r.facet_pieces[i];
         }
       },
       1);

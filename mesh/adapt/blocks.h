@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "mesh/adapt.h"
@@ -18,12 +19,12 @@ template <int D>
 struct GlobalMesh {
   std::vector<Vec<D>> x;
   std::vector<Metric<D>> metric;
-  std::vector<TagSet> tags;
-  std::vector<int> level;    ///< as LocalMesh::Vertex::level
-  std::vector<int> changed;  ///< as LocalMesh::Vertex::changed
+  std::vector<PieceSet> pieces;  ///< as LocalMesh::Vertex::pieces
+  std::vector<int> level;        ///< as LocalMesh::Vertex::level
+  std::vector<int> changed;      ///< as LocalMesh::Vertex::changed
   std::vector<std::array<Index, D + 1>> cells;
-  std::vector<std::array<std::uint8_t, D + 1>> facet_tags;  ///< 0: interior
-  std::array<Vec<D>, 32> normals;
+  std::vector<std::array<PieceId, D + 1>> facet_pieces;  ///< 0: interior
+  std::shared_ptr<const BoundaryShape<D>> shape;
   Box<D> bounds;
 };
 

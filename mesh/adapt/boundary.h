@@ -1,4 +1,4 @@
-// Between a mesh as it is exchanged and the optimizer's own form: flat pieces of the boundary are found, so
+// Between a mesh as it is exchanged and the optimizer's own form: the pieces of the boundary are found, so
 // that vertices can be kept on them, and the input's tags are restored.
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace lamina::adapt_detail {
 
-/// Boundary tags of the optimizer number flat pieces: facets of one input tag in one plane.
+/// What pieces of the boundary (mesh/adapt/pieces.h) were in the input.
 struct BoundaryTags {
   std::vector<Index> of_piece{kNone};  ///< input tag of piece 1, 2, ...
   bool listed = false;                 ///< the input listed boundary facets ...
@@ -17,12 +17,12 @@ struct BoundaryTags {
 };
 
 /// REQUIRES positive cells that meet facet to facet. Boundary facets are found from the cells; the list of
-/// the input gives their tags. Errors: kAdapt without cells, with tagged interior facets, and when the
-/// boundary has more than 31 flat pieces, as curved ones have.
+/// the input gives their tags. Errors: kAdapt without cells, with tagged interior facets, and with more
+/// pieces than can be numbered.
 template <int D>
-GlobalMesh<D> import_mesh(const Mesh<D>& mesh, BoundaryTags& tags);
+GlobalMesh<D> import_mesh(const Mesh<D>& mesh, const AdaptOptions& options, BoundaryTags& tags);
 
-/// Facets carry the input's tags, those of an input that lists none the numbers of their flat pieces.
+/// Facets carry the input's tags, those of an input that lists none the numbers of their pieces.
 template <int D>
 void export_mesh(const GlobalMesh<D>& global, const BoundaryTags& tags, Mesh<D>& mesh);
 

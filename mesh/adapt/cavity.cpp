@@ -37,7 +37,7 @@ template <int D>
 void Cavity<D>::begin() {
   ++mesh_.stamp;
   cells_.clear();
-  edge_tags_ = 0;
+  edge_pieces_ = {};
 }
 
 template <int D>
@@ -70,7 +70,7 @@ bool Cavity<D>::set_shell(Index c, Index a, Index b, double worst) {
       const Index n = cell.n[i];
       if (n == kInterface) return false;
       if (is_boundary(n)) {
-        edge_tags_ |= tag_bit(boundary_tag(n));
+        edge_pieces_.add(boundary_piece(n));
       } else if (mesh_.cells[n].mark != mesh_.stamp) {
         if (mesh_.cells[n].energy > worst) return false;
         add(n);
@@ -124,7 +124,8 @@ bool Cavity<D>::add_outer_facet(Index c, int i, const Vertex& p, Index id, doubl
     star.v[k + 1] = cell.v[kCellFacets<D>[i][k]];
     contains_p = contains_p || star.v[k + 1] == id;
   }
-  const bool coplanar = is_boundary(outside) && (p.tags & tag_bit(boundary_tag(outside))) != 0;
+  const bool coplanar = is_boundary(outside) && p.pieces.contains(boundary_piece(outside)) &&
+                        lies_beside(p, star, boundary_piece(outside));
   if ((contains_p && id != kNone) || coplanar) {
     Dropped d;
     std::copy(star.v.begin() + 1, star.v.end(), d.v.begin());
@@ -163,6 +164,7 @@ template <int D>
 bool Cavity<D>::collect(const Vertex& p, Index id, double worst, double excess) {
   stars_.clear();
   dropped_.clear();
+  normal_piece_ = 0;
   proposed_worst_ = 1.0;
   proposed_excess_ = 0.0;
   blocking_cell_ = kNone;
@@ -189,7 +191,8 @@ bool Cavity<D>::glue_single(const Ridge& ridge, Index id) {
         star.outer[ridge.facet] = d.outside;
         star.outer_back[ridge.facet] = d.back;
       } else {
-        star.outer[ridge.facet] = d.outside;  // a boundary code: the new facet lies in the same plane
+        star.outer[ridge.facet] = d.outside;  // a boundary code: the new facet lies on the same piece
+        star.outer_back[ridge.facet] = kNone;
       }
       return true;
     }
@@ -238,10 +241,76 @@ bool Cavity<D>::covers_all_vertices(Index id, Index removed) {
   return true;
 }
 
+// A curved piece may turn back: across a thin part of the domain lies a facet that p sees from its front.
+template <int D>
+bool Cavity<D>::lies_beside(const Vertex& p, const Star& facet, int piece) {
+  if (!mesh_.shape->curved(piece)) return true;
+  if (normal_piece_ != piece) {
+    normal_piece_ = piece;
+    normal_ = mesh_.shape->normal(piece, p.x);
+  }
+  std::array<Vec<D>, D> x;
+  for (int k = 0; k < D; ++k) x[k] = mesh_.vertices[facet.v[k + 1]].x;
+  return area_vector<D>(x).dot(normal_) > 0.0;
+}
+
+template <int D>
+void Cavity<D>::list_new_facets() {
+  boundary_.clear();
+  for (const Star& star : stars_) {
+    for (int k = 1; k <= D; ++k) {
+      if (star.inner[k] != kNone || !is_boundary(star.outer[k]) || star.outer_back[k] != kNone) continue;
+      BoundaryFacet f;
+      for (int i = 0; i < D; ++i) f.v[i] = star.v[kCellFacets<D>[k][i]];
+      f.piece = boundary_piece(star.outer[k]);
+      boundary_.push_back(f);
+    }
+  }
+}
+
+template <int D>
+bool Cavity<D>::follows_shape(const Vertex& p, Index id) {
+  if (mesh_.shape->flat() || p.pieces.empty()) return true;
+  boundary_.clear();
+  for (const Index c : cells_) {
+    const auto& cell = mesh_.cells[c];
+    for (int i = 0; i <= D; ++i) {
+      if (!is_boundary(cell.n[i]) || cell.v[i] == id) continue;
+      BoundaryFacet f;
+      for (int k = 0; k < D; ++k) f.v[k] = cell.v[kCellFacets<D>[i][k]];
+      f.piece = boundary_piece(cell.n[i]);
+      boundary_.push_back(f);
+    }
+  }
+  return facets_follow(p, id);
+}
+
+// The listed facets with p as vertex `id`, and the edges at p that two pieces share.
+template <int D>
+bool Cavity<D>::facets_follow(const Vertex& p, Index id) const {
+  const BoundaryShape<D>& shape = *mesh_.shape;
+  const auto place = [&](Index v) -> const Vec<D>& { return v == id ? p.x : mesh_.vertices[v].x; };
+  for (std::size_t f = 0; f < boundary_.size(); ++f) {
+    for (std::size_t g = 0; D == 3 && g < f; ++g) {
+      if (boundary_[g].piece == boundary_[f].piece) continue;
+      for (const Index v : boundary_[f].v)
+        if (v != id && std::find(boundary_[g].v.begin(), boundary_[g].v.end(), v) != boundary_[g].v.end() &&
+            !shape.follows_ridge(boundary_[f].piece, boundary_[g].piece, p.x, place(v)))
+          return false;
+    }
+    if (!shape.curved(boundary_[f].piece)) continue;
+    std::array<Vec<D>, D> x;
+    for (int k = 0; k < D; ++k) x[k] = place(boundary_[f].v[k]);
+    if (!shape.follows(boundary_[f].piece, x)) return false;
+  }
+  return true;
+}
+
 template <int D>
 bool Cavity<D>::propose(const Vertex& p, Index id, double worst, Index removed, double excess) {
   if (!collect(p, id, worst, excess)) return false;
-  const bool closed = glue(id) && covers_all_vertices(id, removed);
+  const bool closed = glue(id) && covers_all_vertices(id, removed) &&
+                      (mesh_.shape->flat() || (list_new_facets(), facets_follow(p, id)));
   if (!closed) blocking_cell_ = kNone;
   return closed;
 }

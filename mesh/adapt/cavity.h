@@ -35,16 +35,17 @@ class Cavity {
   bool grow(Index c, int i);
 
   [[nodiscard]] const std::vector<Index>& cells() const { return cells_; }
-  /// Boundary tags that the edge of set_shell() lies on; 0 when it is interior.
-  [[nodiscard]] TagSet edge_tags() const { return edge_tags_; }
+  /// Boundary pieces that the edge of set_shell() lies on; none when it is interior.
+  [[nodiscard]] PieceSet edge_pieces() const { return edge_pieces_; }
   [[nodiscard]] double worst_energy() const;
   /// Sum of (energy - 1) over the cells: 0 when all are regular.
   [[nodiscard]] double excess() const;
 
   /// Proposes the star of `p` (existing vertex `id`, or a new one when id == kNone) in place of the cavity,
   /// after which vertex `removed` (or none) has lost all its cells. Returns false as soon as a cell is not
-  /// positive, its energy is not below `worst`, the excess of all is not below `excess`, or the star does not
-  /// close; blocking_cell() and blocking_facet() then tell the outer facet that failed, or kNone.
+  /// positive, its energy is not below `worst`, the excess of all is not below `excess`, the star does not
+  /// close, or its boundary departs from the shape of the domain; blocking_cell() and blocking_facet() then
+  /// tell the outer facet that failed, or kNone.
   bool propose(const Vertex& p, Index id, double worst, Index removed = kNone, double excess = kUnbounded);
   [[nodiscard]] Index blocking_cell() const { return blocking_cell_; }
   [[nodiscard]] int blocking_facet() const { return blocking_facet_; }
@@ -52,6 +53,10 @@ class Cavity {
   [[nodiscard]] std::span<const Index> link() const { return link_; }
   [[nodiscard]] double proposed_worst() const { return proposed_worst_; }
   [[nodiscard]] double proposed_excess() const { return proposed_excess_; }
+
+  /// Whether the boundary around vertex `id` follows the shape of the domain once `id` is moved to p; the
+  /// cavity is its ball.
+  bool follows_shape(const Vertex& p, Index id);
 
   /// Carries out the last successful proposal; p becomes vertex `id` or a new one. Returns the vertex.
   Index commit(const Vertex& p, Index id);
@@ -72,6 +77,10 @@ class Cavity {
     int back;
     bool contains_p, matched;
   };
+  struct BoundaryFacet {  // with the vertex that is new there
+    std::array<Index, D> v;
+    int piece;
+  };
   struct Ridge {  // a facet of a star cell that contains p, without p
     std::uint64_t key;
     Index star;
@@ -84,15 +93,21 @@ class Cavity {
   bool add_outer_facet(Index c, int i, const Vertex& p, Index id, double worst);
   bool glue(Index id);
   bool glue_single(const Ridge& ridge, Index id);
+  [[nodiscard]] bool lies_beside(const Vertex& p, const Star& facet, int piece);
+  void list_new_facets();
+  bool facets_follow(const Vertex& p, Index id) const;
   bool covers_all_vertices(Index id, Index removed);
 
   Local& mesh_;
   std::vector<Index> cells_;
-  TagSet edge_tags_ = 0;
+  PieceSet edge_pieces_;
   std::vector<Star> stars_;
   std::vector<Dropped> dropped_;
   std::vector<Ridge> ridges_;
   std::vector<Index> link_;
+  std::vector<BoundaryFacet> boundary_;  // new or moved facets
+  int normal_piece_ = 0;                 // the curved piece that normal_ belongs to, at p; 0: none
+  Vec<D> normal_ = Vec<D>::Zero();
   double proposed_worst_ = 0.0, proposed_excess_ = 0.0;
   Index blocking_cell_ = kNone;
   int blocking_facet_ = 0;

@@ -2,7 +2,7 @@
 //
 // Facets that the piece shares with the rest of the mesh are frozen: no operation changes them, which is what
 // lets pieces be adapted at the same time. Neighbour codes: >= 0 a cell of the piece, kInterface the rest of
-// the mesh, boundary_code(tag) the boundary of the domain.
+// the mesh, boundary_code(piece) the boundary of the domain.
 #pragma once
 
 #include <array>
@@ -12,14 +12,15 @@
 #include <vector>
 
 #include "core/metric.h"
+#include "mesh/adapt/shape.h"
 #include "mesh/mesh.h"
 
 namespace lamina::adapt_detail {
 
 inline constexpr Index kInterface = -1;
-constexpr Index boundary_code(int tag) { return -1 - tag; }  ///< tag in 1..31
+constexpr Index boundary_code(int piece) { return -1 - piece; }
 constexpr bool is_boundary(Index neighbor) { return neighbor < kInterface; }
-constexpr int boundary_tag(Index neighbor) { return -1 - neighbor; }
+constexpr int boundary_piece(Index neighbor) { return -1 - neighbor; }
 
 /// Energy of a cell of the given quality, see shape_energy().
 template <int D>
@@ -33,17 +34,13 @@ inline constexpr double kSignIsSafe = 1e6;
 
 inline constexpr int kNoLevel = std::numeric_limits<int>::min();
 
-/// Set of boundary tags a vertex, edge or facet lies on, as bits.
-using TagSet = std::uint32_t;
-constexpr TagSet tag_bit(int tag) { return TagSet{1} << tag; }
-
 template <int D>
 struct LocalMesh {
   struct Vertex {
     Vec<D> x;
     Metric<D> metric;
-    double density = 0.0;  ///< sqrt(det metric), cached
-    TagSet tags = 0;
+    double density = 0.0;    ///< sqrt(det metric), cached
+    PieceSet pieces;         ///< of the boundary that it is kept on
     Index cell = kNone;      ///< one of its cells; < 0: removed
     bool frozen = false;     ///< on an interface
     int level = kNoLevel;    ///< the level it was placed on
@@ -60,7 +57,7 @@ struct LocalMesh {
   std::vector<Vertex> vertices;
   std::vector<Cell> cells;
   std::vector<Index> free_cells, free_vertices;
-  std::array<Vec<D>, 32> normals;  ///< unit normal of the plane of each boundary tag
+  const BoundaryShape<D>* shape = nullptr;
   std::uint32_t stamp = 0;         ///< cells with mark == stamp belong to the current cavity
   std::uint32_t vertex_stamp = 0;  ///< the same for marks of vertices
 

@@ -1,7 +1,7 @@
 // Every operator follows one pattern: candidates are listed in a fixed order (worst first, ties by index),
 // each is turned into a cavity and a point, and the cavity operator decides by one rule: no new cell is worse
 // than both the floor and the old worst, volumes stay positive, new lengths stay in a window, and boundary
-// vertices stay on their planes. A cavity whose star fails at one facet takes in the cell behind that facet
+// vertices stay on their pieces. A cavity whose star fails at one facet takes in the cell behind that facet
 // and tries again. One exception: the split of an edge longer than 2 may go down to 0.4 of the floor. Where
 // vertices are aligned, a first move onto a level may also raise the energy of the ball.
 #include "mesh/adapt/operators.h"
@@ -18,27 +18,44 @@ void Operators<D>::evaluate(Vertex& p) const {
   p.density = p.metric.sqrt_det();
 }
 
-// The part of v that lies in all planes; twice, because planes need not be orthogonal.
+// The part of v that is tangential to all pieces of p.
 template <int D>
-Vec<D> Operators<D>::within_planes(Vec<D> v, TagSet tags) const {
-  for (int repeat = 0; tags != 0 && repeat < 2; ++repeat)
-    for (int t = 1; t < 32; ++t)
-      if (tags & tag_bit(t)) v -= mesh_.normals[t].dot(v) * mesh_.normals[t];
+Vec<D> Operators<D>::within_pieces(Vec<D> v, const Vertex& p) const {
+  constexpr double kParallel = 1e-9;
+  std::array<Vec<D>, D> normals;  // orthonormal
+  int count = 0;
+  for (int k = 0; k < p.pieces.size() && count < D; ++k) {
+    Vec<D> n = mesh_.shape->normal(p.pieces[k], p.x);
+    for (int i = 0; i < count; ++i) n -= normals[i].dot(n) * normals[i];
+    if (count > 0 && n.norm() <= kParallel) continue;
+    if (count > 0) n.normalize();
+    normals[count++] = n;
+  }
+  constexpr int kTwice = 2;  // so that rounding leaves nothing
+  for (int repeat = 0; repeat < kTwice; ++repeat)
+    for (int i = 0; i < count; ++i) v -= normals[i].dot(v) * normals[i];
   return v;
+}
+
+template <int D>
+void Operators<D>::slide(Vertex& p, const Vec<D>& step) const {
+  p.x += within_pieces(step, p);
+  p.x = mesh_.shape->project(p.pieces, p.x);
 }
 
 template <int D>
 bool Operators<D>::place_on_level(Vertex& p) const {
   const std::optional<Level<D>> level = field_.level(p.x, size_floor_);
   if (!level) return false;
-  if (p.tags == 0) {
+  if (p.pieces.empty()) {
     p.x += level->way;
     p.metric = level->metric;
     p.density = p.metric.sqrt_det();
     p.level = level->number;
     return true;
   }
-  const Vec<D> direction = within_planes(level->normal, p.tags);
+  if (mesh_.shape->projects(p.pieces)) return false;  // which stays where it is
+  const Vec<D> direction = within_pieces(level->normal, p);
   const double along = direction.squaredNorm();
   constexpr double kAlongPlanes = 0.5;  // a level that a plane cuts at a small angle is out of reach
   if (along < kAlongPlanes) return false;
@@ -132,8 +149,8 @@ bool Operators<D>::split(const Edge& e, const Rules& rules) {
   // Halves the metric length when the size varies linearly along the edge.
   const double t = std::clamp(1.0 / (1.0 + std::sqrt(a.metric.length(d) / b.metric.length(d))), 0.25, 0.75);
   Vertex p;
-  p.x = a.x + t * d;
-  p.tags = cavity_.edge_tags();
+  p.pieces = cavity_.edge_pieces();
+  p.x = mesh_.shape->project(p.pieces, a.x + t * d);
   if (!(rules.align && place_on_level(p))) evaluate(p);
   // A far too long edge may pin bad cells that only its split frees, at first at the price of quality and of
   // short edges, which the next sweeps mend.
@@ -175,14 +192,14 @@ std::int64_t Operators<D>::split_sweep(const Rules& rules) {
   return done;
 }
 
-// Whether a may slide along a-b without leaving its planes: the edge must lie in all of them.
+// Whether a may slide along a-b without leaving its pieces: the edge must lie in all of them.
 template <int D>
 bool Operators<D>::may_collapse(Index a, Index b, Index cell) {
   const Vertex& va = mesh_.vertices[a];
   if (va.frozen) return false;
-  if (va.tags == 0) return true;
-  if ((va.tags & ~mesh_.vertices[b].tags) != 0) return false;
-  return cavity_.set_shell(cell, a, b) && (va.tags & ~cavity_.edge_tags()) == 0;
+  if (va.pieces.empty()) return true;
+  if (!va.pieces.within(mesh_.vertices[b].pieces)) return false;
+  return cavity_.set_shell(cell, a, b) && va.pieces.within(cavity_.edge_pieces());
 }
 
 template <int D>

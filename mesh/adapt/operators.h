@@ -64,7 +64,7 @@ class Operators {
     std::array<Index, D> v;
     std::array<const Vertex*, D> corners;
     const Vertex* finest = nullptr;  // of the corners; none: corners are not looked up
-    TagSet plane;                    // the boundary it lies on
+    int piece;                       // of the boundary; 0: it lies within
     // In the metric of the finest corner: the normal, the sum of the sides from corner 0, and the squares of
     // the sides.
     bool measured = false;
@@ -79,8 +79,10 @@ class Operators {
 
   [[nodiscard]] bool changed(Index v) const { return mesh_.vertices[v].changed >= since_; }
   void evaluate(Vertex& p) const;
-  [[nodiscard]] Vec<D> within_planes(Vec<D> v, TagSet tags) const;
-  /// Moves p to the nearest level of the metric, within its planes, and evaluates it there; false when there
+  [[nodiscard]] Vec<D> within_pieces(Vec<D> v, const Vertex& p) const;
+  /// Moves p by the part of the step that keeps it on its pieces.
+  void slide(Vertex& p, const Vec<D>& step) const;
+  /// Moves p to the nearest level of the metric, within its pieces, and evaluates it there; false when there
   /// is none in reach.
   bool place_on_level(Vertex& p) const;
   void collect_edges(double low, double high);

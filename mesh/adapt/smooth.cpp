@@ -54,7 +54,7 @@ void add_in_metric(const Metric<D>& m, const Mat<D>& to_space, double e, const V
 }  // namespace
 
 // Minimises sum energy^power over the cells of the ball of a, to second order and with their metrics held.
-// The step is in the metric space of a, y = U (x - x_a), and stays in the planes of a.
+// The step is in the metric space of a, y = U (x - x_a), and stays in the tangents of its pieces.
 template <int D>
 typename Operators<D>::NewtonStep Operators<D>::newton_step(Index a, int power) const {
   const Vertex& va = mesh_.vertices[a];
@@ -95,9 +95,8 @@ typename Operators<D>::NewtonStep Operators<D>::newton_step(Index a, int power) 
   }
   std::array<Vec<D>, D> fixed;  // orthonormal directions in which a may not move
   int fixed_count = 0;
-  for (int t = 1; va.tags != 0 && t < 32 && fixed_count < D; ++t) {
-    if (!(va.tags & tag_bit(t))) continue;
-    Vec<D> n = (to_space.transpose() * mesh_.normals[t]).normalized();
+  for (int t = 0; t < va.pieces.size() && fixed_count < D; ++t) {
+    Vec<D> n = (to_space.transpose() * mesh_.shape->normal(va.pieces[t], va.x)).normalized();
     for (int k = 0; k < fixed_count; ++k) n -= fixed[k].dot(n) * fixed[k];
     if (n.norm() > 1e-9) fixed[fixed_count++] = n.normalized();
   }
@@ -116,7 +115,7 @@ typename Operators<D>::NewtonStep Operators<D>::newton_step(Index a, int power) 
 }
 
 // Fills energies_ with those of the cells of the ball of a once a is replaced by p; false as soon as one is
-// not below `worst` or their powers sum up to the limit.
+// not below `worst` or their powers sum up to the limit, or when the boundary departs from its shape.
 template <int D>
 bool Operators<D>::improves_ball(Index a, const Vertex& p, double worst, double limit, int power) {
   energies_.clear();
@@ -129,7 +128,7 @@ bool Operators<D>::improves_ball(Index a, const Vertex& p, double worst, double 
     if (!(e < worst) || sum >= limit) return false;
     energies_.push_back(e);
   }
-  return true;
+  return cavity_.follows_shape(p, a);
 }
 
 // Moves a to p; the ball of a is the cavity and energies_ holds its cells' new energies.
@@ -155,7 +154,7 @@ bool Operators<D>::align(Index a, const Rules& rules, const NewtonStep& newton) 
                kSignIsSafe);
   for (const double fraction : {1.0, 0.5, aligned ? 0.25 : 0.0}) {
     Vertex p = old;
-    p.x += within_planes(fraction * newton.step, old.tags);
+    slide(p, fraction * newton.step);
     if (!place_on_level(p)) break;
     if (!improves_ball(a, p, worst, limit, 1)) continue;
     move(a, p);
@@ -170,7 +169,7 @@ template <int D>
 bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
   OperatorStats& stats = stats_[kSmooth];
   const Vertex old = mesh_.vertices[a];
-  if (std::popcount(old.tags) >= D) return false;
+  if (old.pieces.template is_corner<D>()) return false;
   ++stats.tried;
   cavity_.set_ball(a);
   const NewtonStep newton = newton_step(a, power);
@@ -183,7 +182,7 @@ bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
   for (int k = 0; k < kBackoffs; ++k, fraction *= 0.5) {
     Vertex p = old;
     p.level = kNoLevel;
-    p.x += within_planes(fraction * newton.step, old.tags);
+    slide(p, fraction * newton.step);
     // A step cut short has failed once: the metric of the old place then tells most failures, without the
     // price of a new one.
     if (k > 0 && !improves_ball(a, p, worst, limit, power)) continue;

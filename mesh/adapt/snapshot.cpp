@@ -96,7 +96,9 @@ std::vector<std::uint64_t> head_of(const AdaptOptions& o) {
           static_cast<std::uint64_t>(o.passes_per_step),
           static_cast<std::uint64_t>(o.final_passes),
           static_cast<std::uint64_t>(o.align),
-          static_cast<std::uint64_t>(o.block_vertices)};
+          static_cast<std::uint64_t>(o.block_vertices),
+          std::bit_cast<std::uint64_t>(o.hausdorff),
+          std::bit_cast<std::uint64_t>(o.ridge_angle)};
 }
 
 template <class Visitor, class State>
@@ -107,12 +109,11 @@ void visit(Visitor& v, State& s) {
   v(s.unit_already);
   v(s.mesh.x);
   v(s.mesh.metric);
-  v(s.mesh.tags);
+  v(s.mesh.pieces);
   v(s.mesh.level);
   v(s.mesh.changed);
   v(s.mesh.cells);
-  v(s.mesh.facet_tags);
-  v(s.mesh.normals);
+  v(s.mesh.facet_pieces);
   v(s.mesh.bounds);
   v(s.tags.of_piece);
   v(s.tags.listed);
@@ -122,18 +123,42 @@ void visit(Visitor& v, State& s) {
   v(s.summary.operators);
 }
 
+template <class Visitor, class Shape>
+void visit_shape(Visitor& v, Shape& s) {
+  v(s.normals);
+  v(s.points);
+  v(s.facets);
+  v(s.facet_pieces);
+  v(s.ridges);
+  v(s.ridge_pieces);
+  v(s.tolerance);
+  v(s.least_cosine);
+}
+
 template <int D>
-bool consistent(const AdaptState<D>& s) {
+bool consistent(const AdaptState<D>& s, const ShapeData<D>& shape) {
   const std::size_t n = s.mesh.x.size(), cells = s.mesh.cells.size();
-  if (s.next > s.floors.size() || s.mesh.metric.size() != n || s.mesh.tags.size() != n ||
-      s.mesh.level.size() != n || s.mesh.changed.size() != n || s.mesh.facet_tags.size() != cells)
+  if (s.next > s.floors.size() || s.mesh.metric.size() != n || s.mesh.pieces.size() != n ||
+      s.mesh.level.size() != n || s.mesh.changed.size() != n || s.mesh.facet_pieces.size() != cells)
     return false;
   for (const auto& cell : s.mesh.cells)
     for (const Index v : cell)
       if (v < 0 || static_cast<std::size_t>(v) >= n) return false;
-  for (const auto& tags : s.mesh.facet_tags)
-    for (const std::uint8_t t : tags)
-      if (t >= s.tags.of_piece.size() || t >= s.mesh.normals.size()) return false;
+  for (const auto& pieces : s.mesh.facet_pieces)
+    for (const PieceId p : pieces)
+      if (p >= s.tags.of_piece.size()) return false;
+  const auto known = [&](PieceId p) { return p < s.tags.of_piece.size(); };
+  if (shape.normals.size() != s.tags.of_piece.size() || shape.facet_pieces.size() != shape.facets.size() ||
+      shape.ridge_pieces.size() != shape.ridges.size() ||
+      !std::all_of(shape.facet_pieces.begin(), shape.facet_pieces.end(), known))
+    return false;
+  const auto has_points = [&](const auto& corners) {
+    return std::all_of(corners.begin(), corners.end(),
+                       [&](Index v) { return v >= 0 && static_cast<std::size_t>(v) < shape.points.size(); });
+  };
+  if (!std::all_of(shape.facets.begin(), shape.facets.end(), has_points) ||
+      !std::all_of(shape.ridges.begin(), shape.ridges.end(), has_points))
+    return false;
   return cells > 0 && s.summary.operators.size() == kOperatorCount;
 }
 
@@ -145,6 +170,7 @@ std::string encode(const AdaptState<D>& state, const AdaptOptions& options) {
   Writer writer;
   writer(head_of<D>(options));
   visit(writer, state);
+  visit_shape(writer, state.mesh.shape->data());
   return std::move(writer.bytes);
 }
 
@@ -159,7 +185,10 @@ AdaptState<D> decode(std::string_view bytes, const AdaptOptions& options) {
   if (head != wanted) reject("was made with other options");
   AdaptState<D> state;
   visit(reader, state);
-  if (!reader.at_end() || !consistent(state)) reject("is damaged");
+  ShapeData<D> shape;
+  visit_shape(reader, shape);
+  if (!reader.at_end() || !consistent(state, shape)) reject("is damaged");
+  state.mesh.shape = std::make_shared<const BoundaryShape<D>>(std::move(shape));
   return state;
 }
 

@@ -30,7 +30,7 @@ bool Operators<D>::stretch(Index a, Index other, double wanted, const Rules& rul
   constexpr double kPrice = 1.1;    // of a move, in energy of the ball
   constexpr double kBetter = 0.98;  // of the excess
   const Vertex old = mesh_.vertices[a];
-  if (old.frozen || std::popcount(old.tags) >= D) return false;
+  if (old.frozen || old.pieces.template is_corner<D>()) return false;
   ++stats_[kStretch].tried;
   cavity_.set_ball(a);
   list_vertices(neighbors_);
@@ -42,7 +42,7 @@ bool Operators<D>::stretch(Index a, Index other, double wanted, const Rules& rul
   const Vec<D> along = old.x - mesh_.vertices[other].x;
   for (const double fraction : {1.0, 0.5}) {
     Vertex p = old;
-    p.x += within_planes(fraction * (wanted / mesh_.length(a, other) - 1.0) * along, old.tags);
+    slide(p, fraction * (wanted / mesh_.length(a, other) - 1.0) * along);
     if (old.level == kNoLevel) {
       evaluate(p);
     } else if (!place_on_level(p)) {

@@ -23,7 +23,7 @@ void Operators<D>::list_apexes(const std::array<Index, D + 1>& v, int move, std:
   const Index b = v[kCellEdges<D>[move][1]];
   list_vertices(apexes);
   std::erase_if(apexes, [&](Index w) { return w == a || w == b; });
-  const bool closed = cavity_.edge_tags() == 0;
+  const bool closed = cavity_.edge_pieces().empty();
   if (closed && (D == 2 || apexes.size() == 3)) apexes.resize(1);
   // Opposite apexes of a ring of four give the same cells; the first two are of one cell, so neighbours.
   if (closed && apexes.size() == 4) apexes.resize(2);
@@ -38,7 +38,7 @@ void Operators<D>::list_facets(const std::array<Index, D + 1>& v, int move) {
     if (facet_count_ == facets_.size()) facets_.emplace_back();
     SwapFacet& f = facets_[facet_count_++];
     for (int k = 0; k < D; ++k) f.v[k] = cell.v[kCellFacets<D>[i][k]];
-    f.plane = is_boundary(cell.n[i]) ? tag_bit(boundary_tag(cell.n[i])) : 0;
+    f.piece = is_boundary(cell.n[i]) ? boundary_piece(cell.n[i]) : 0;
     f.finest = nullptr;
   };
   if (move >= kEdges) {  // facets of the first cell contain the apex
@@ -96,7 +96,8 @@ bool Operators<D>::may_star(Index v, double worst, double limit) {
   double excess = 0.0;
   for (std::size_t k = 0; k < facet_count_; ++k) {
     SwapFacet& f = facets_[k];
-    if ((f.plane & p.tags) != 0 || std::find(f.v.begin(), f.v.end(), v) != f.v.end()) continue;
+    if ((f.piece != 0 && p.pieces.contains(f.piece)) || std::find(f.v.begin(), f.v.end(), v) != f.v.end())
+      continue;
     const double energy = star_energy(p, f);
     excess += energy - 1.0;
     if (!(energy < worst) || excess >= limit) return false;

@@ -226,23 +226,6 @@ TYPED_TEST(Adapt, FindsTheFlatPiecesOfATag) {
   }
 }
 
-TYPED_TEST(Adapt, RefusesACurvedBoundary) {
-  constexpr int D = TypeParam::value;
-  Mesh<D> mesh = lattice<D>(10);
-  for (Vec<D>& x : mesh.points) {
-    const Vec<D> y = x - Vec<D>::Constant(0.5);
-    x += 0.3 * y.squaredNorm() * y;
-  }
-  std::vector<Metric<D>> metric;
-  try {
-    adapt<D>(mesh, Uniform<D>(0.5), metric, AdaptOptions{});
-    FAIL() << "accepted";
-  } catch (const Error& e) {
-    EXPECT_EQ(e.code(), ErrorCode::kAdapt);
-    EXPECT_NE(std::string(e.what()).find("curved"), std::string::npos) << e.what();
-  }
-}
-
 TYPED_TEST(Adapt, RefusesTaggedFacetsWithin) {
   constexpr int D = TypeParam::value;
   Mesh<D> mesh = make_seed<D>(unit_box<D>(), 0.5, SeedKind::kLattice);

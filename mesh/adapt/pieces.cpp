@@ -1,0 +1,317 @@
+// Facets are joined where they meet smoothly, at `joints`: the points between two segments, the edges between
+// triangles. In a plane go the largest facets first: these tell it best, and whether a small or thin facet
+// lies in it is decided by the distance of its vertices, which does not suffer from its own badly known
+// normal.
+#include "mesh/adapt/pieces.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "core/error.h"
+
+namespace lamina::adapt_detail {
+namespace {
+
+constexpr double kFlat = 1e-9;          // of the diagonal: far above rounding, far below any element
+constexpr std::size_t kFewPlanes = 31;  // more planes at small angles than that are a curved surface
+
+template <int D>
+struct Plane {
+  Index tag;
+  Vec<D> normal, point;
+};
+
+template <int D>
+struct Joint {
+  std::array<Index, D - 1> points;  // ascending
+  std::size_t facet;
+};
+
+struct Ridge {
+  Index point, other;
+  std::array<PieceId, 2> between;  // ascending
+};
+
+template <int D>
+class Finder {
+ public:
+  Finder(const std::vector<Vec<D>>& points, const std::vector<BoundaryFacet<D>>& facets, double ridge_angle)
+      : points_(points), facets_(facets), least_(std::cos(ridge_angle * std::numbers::pi / 180.0)) {
+    Box<D> bounds;
+    for (const Vec<D>& x : points) bounds.extend(x);
+    flat_ = kFlat * bounds.diagonal();
+  }
+
+  Pieces<D> find(double tolerance, double ridge_angle) {
+    list_joints();
+    join_facets();
+    number_planes(planar_facets());
+    number_patches();
+    pieces_.of_point.resize(points_.size());
+    for (std::size_t f = 0; f < facets_.size(); ++f)
+      for (const Index v : facets_[f].vertices) pieces_.of_point[v].add(pieces_.of_facet[f]);
+    fix_corners();
+    keep_shape();
+    constexpr double kMargin = 15.0, kSteepest = 85.0;
+    pieces_.shape.tolerance = tolerance;
+    pieces_.shape.least_cosine =
+        std::cos(std::min(kSteepest, ridge_angle + kMargin) * std::numbers::pi / 180.0);
+    return std::move(pieces_);
+  }
+
+ private:
+  void list_joints() {
+    for (std::size_t f = 0; f < facets_.size(); ++f) {
+      for (int out = 0; out < D; ++out) {
+        Joint<D> joint;
+        joint.facet = f;
+        for (int k = 1; k < D; ++k) joint.points[k - 1] = facets_[f].vertices[(out + k) % D];
+        std::sort(joint.points.begin(), joint.points.end());
+        joints_.push_back(joint);
+      }
+    }
+    std::sort(joints_.begin(), joints_.end(), [](const Joint<D>& a, const Joint<D>& b) {
+      return a.points != b.points ? a.points < b.points : a.facet < b.facet;
+    });
+  }
+
+  /// Calls with the facets that meet at each joint.
+  template <class Visit>
+  void for_each_joint(Visit&& visit) const {
+    for (std::size_t begin = 0; begin < joints_.size();) {
+      std::size_t end = begin;
+      while (end < joints_.size() && joints_[end].points == joints_[begin].points) ++end;
+      visit(joints_.data() + begin, joints_.data() + end);
+      begin = end;
+    }
+  }
+
+  [[nodiscard]] bool smooth(const Joint<D>* begin, const Joint<D>* end) const {
+    if (end - begin != 2) return false;
+    const BoundaryFacet<D>&f = facets_[begin[0].facet], &g = facets_[begin[1].facet];
+    return f.tag == g.tag && f.area.dot(g.area) >= least_ * f.area.norm() * g.area.norm();
+  }
+
+  std::size_t root(std::size_t f) {
+    while (patch_[f] != f) f = patch_[f] = patch_[patch_[f]];
+    return f;
+  }
+
+  // patch_: the first facet of the smooth patch that a facet belongs to.
+  void join_facets() {
+    patch_.resize(facets_.size());
+    std::iota(patch_.begin(), patch_.end(), std::size_t{0});
+    for_each_joint([&](const Joint<D>* begin, const Joint<D>* end) {
+      if (!smooth(begin, end)) return;
+      const std::size_t a = root(begin[0].facet), b = root(begin[1].facet);
+      patch_[std::max(a, b)] = std::min(a, b);
+    });
+    for (std::size_t f = 0; f < patch_.size(); ++f) patch_[f] = root(f);
+  }
+
+  [[nodiscard]] bool lies_in(const BoundaryFacet<D>& f, const Plane<D>& plane) const {
+    if (f.tag != plane.tag || plane.normal.dot(f.area) < 0.0) return false;
+    return std::all_of(f.vertices.begin(), f.vertices.end(), [&](Index v) {
+      return std::abs(plane.normal.dot(points_[v] - plane.point)) <= flat_;
+    });
+  }
+
+  // The planes of some facets and the one that each lies in; at most `most`, false when there are more.
+  bool find_planes(std::vector<std::size_t> order, std::size_t most, std::vector<Plane<D>>& planes,
+                   std::vector<std::pair<std::size_t, std::size_t>>& plane_of) const {
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return facets_[a].area.squaredNorm() > facets_[b].area.squaredNorm();
+    });
+    for (const std::size_t i : order) {
+      const auto found = std::find_if(planes.begin(), planes.end(),
+                                      [&](const Plane<D>& p) { return lies_in(facets_[i], p); });
+      plane_of.emplace_back(i, static_cast<std::size_t>(found - planes.begin()));
+      if (found != planes.end()) continue;
+      if (planes.size() == most) return false;
+      planes.push_back({facets_[i].tag, facets_[i].area.normalized(), points_[facets_[i].vertices[0]]});
+    }
+    return true;
+  }
+
+  // Whether each plane has a point all around which is that plane: no strip of a curved surface has.
+  [[nodiscard]] bool has_inner_points(const std::vector<std::pair<std::size_t, std::size_t>>& plane_of,
+                                      std::size_t planes) {
+    constexpr std::size_t kNowhere = ~std::size_t{0}, kSeveral = kNowhere - 1;
+    plane_at_.resize(points_.size(), kNowhere);
+    for (const auto& [f, plane] : plane_of)
+      for (const Index v : facets_[f].vertices)
+        plane_at_[v] = plane_at_[v] == kNowhere || plane_at_[v] == plane ? plane : kSeveral;
+    std::vector<char> has(planes, 0);
+    for (const auto& [f, plane] : plane_of)
+      for (const Index v : facets_[f].vertices)
+        if (plane_at_[v] == plane) has[plane] = static_cast<char>(on_border_[v] == 0 || has[plane] != 0);
+    for (const auto& [f, plane] : plane_of)
+      for (const Index v : facets_[f].vertices) plane_at_[v] = kNowhere;
+    return std::find(has.begin(), has.end(), 0) == has.end();
+  }
+
+  // Facets of patches that are planes, one or few.
+  std::vector<std::size_t> planar_facets() {
+    on_border_.assign(points_.size(), 0);
+    for_each_joint([&](const Joint<D>* begin, const Joint<D>* end) {
+      if (!smooth(begin, end))
+        for (const Index v : begin->points) on_border_[v] = 1;
+    });
+    std::vector<std::size_t> order(facets_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return patch_[a] < patch_[b]; });
+    std::vector<std::size_t> planar;
+    for (auto begin = order.begin(); begin != order.end();) {
+      const auto end =
+          std::find_if(begin, order.end(), [&](std::size_t f) { return patch_[f] != patch_[*begin]; });
+      std::vector<Plane<D>> planes;
+      std::vector<std::pair<std::size_t, std::size_t>> plane_of;
+      if (find_planes({begin, end}, kFewPlanes, planes, plane_of) &&
+          (planes.size() == 1 || has_inner_points(plane_of, planes.size())))
+        planar.insert(planar.end(), begin, end);
+      begin = end;
+    }
+    std::sort(planar.begin(), planar.end());
+    return planar;
+  }
+
+  PieceId add_piece(Index tag, const Vec<D>& normal) {
+    if (pieces_.tags.size() > kMostPieces)
+      throw Error(ErrorCode::kAdapt,
+                  fmt::format("the boundary has more than {} pieces between its ridges: its mesh is too "
+                              "coarse to tell them, or --ridge-angle too small",
+                              kMostPieces));
+    pieces_.tags.push_back(tag);
+    pieces_.shape.normals.push_back(normal);
+    return static_cast<PieceId>(pieces_.tags.size() - 1);
+  }
+
+  // In the order of their tags, those of one tag in that of their largest facets.
+  void number_planes(const std::vector<std::size_t>& planar) {
+    pieces_.of_facet.assign(facets_.size(), 0);
+    std::vector<Plane<D>> planes;
+    std::vector<std::pair<std::size_t, std::size_t>> plane_of;
+    find_planes(planar, facets_.size(), planes, plane_of);
+    std::vector<std::size_t> by_tag(planes.size());
+    std::iota(by_tag.begin(), by_tag.end(), std::size_t{0});
+    std::stable_sort(by_tag.begin(), by_tag.end(),
+                     [&](std::size_t a, std::size_t b) { return planes[a].tag < planes[b].tag; });
+    std::vector<PieceId> number(planes.size());
+    for (const std::size_t p : by_tag) number[p] = add_piece(planes[p].tag, planes[p].normal);
+    for (const auto& [f, plane] : plane_of) pieces_.of_facet[f] = number[plane];
+  }
+
+  // Those that are curved, in the order of their tags, those of one tag in that of their first facets.
+  void number_patches() {
+    std::vector<std::pair<Index, std::size_t>> curved;
+    for (std::size_t f = 0; f < facets_.size(); ++f)
+      if (pieces_.of_facet[f] == 0 && patch_[f] == f) curved.emplace_back(facets_[f].tag, f);
+    std::sort(curved.begin(), curved.end());
+    for (const auto& [tag, first] : curved) pieces_.of_facet[first] = add_piece(tag, Vec<D>::Zero());
+    for (std::size_t f = 0; f < facets_.size(); ++f)
+      if (pieces_.of_facet[f] == 0) pieces_.of_facet[f] = pieces_.of_facet[patch_[f]];
+  }
+
+  [[nodiscard]] bool curved(PieceId piece) const { return pieces_.shape.normals[piece].isZero(0.0); }
+
+  // Points where borders of pieces meet, and all along a ridge within one piece.
+  void fix_corners() {
+    for_each_joint([&](const Joint<D>* begin, const Joint<D>* end) {
+      std::array<PieceId, 2> between = {pieces_.of_facet[begin[0].facet], pieces_.of_facet[end[-1].facet]};
+      if (between[0] == between[1] && smooth(begin, end)) return;
+      if constexpr (D == 3) {
+        if (end - begin == 2 && between[0] != between[1]) {
+          std::sort(between.begin(), between.end());
+          ridges_.push_back({begin->points[0], begin->points[1], between});
+          ridges_.push_back({begin->points[1], begin->points[0], between});
+          return;
+        }
+      }
+      for (const Index v : begin->points) fix(v);
+    });
+    if constexpr (D == 3) fix_ends_of_ridges();
+  }
+
+  // Points where ridges end, meet or turn sharply.
+  void fix_ends_of_ridges() {
+    std::sort(ridges_.begin(), ridges_.end(), [](const Ridge& e, const Ridge& f) {
+      return e.point != f.point ? e.point < f.point : e.other < f.other;
+    });
+    for (std::size_t begin = 0; begin < ridges_.size();) {
+      std::size_t end = begin;
+      while (end < ridges_.size() && ridges_[end].point == ridges_[begin].point) ++end;
+      const Ridge &e = ridges_[begin], &f = ridges_[end - 1];
+      const Vec<D> before = points_[e.point] - points_[e.other], after = points_[f.other] - points_[e.point];
+      if (end - begin != 2 || e.between != f.between ||
+          before.dot(after) < least_ * before.norm() * after.norm())
+        fix(e.point);
+      begin = end;
+    }
+  }
+
+  void fix(Index v) {
+    if (!pieces_.of_point[v].template is_corner<D>()) pieces_.of_point[v].fix();
+  }
+
+  // Whether the ridge is the line that two planes have in common.
+  [[nodiscard]] bool told_by_planes(const Ridge& r) const {
+    constexpr double kParallel = 1.0 - 1e-6;
+    const auto &a = pieces_.shape.normals[r.between[0]], &b = pieces_.shape.normals[r.between[1]];
+    return !curved(r.between[0]) && !curved(r.between[1]) && std::abs(a.dot(b)) < kParallel;
+  }
+
+  // The curved pieces and the ridges that planes do not tell, with the points they need.
+  void keep_shape() {
+    ShapeData<D>& shape = pieces_.shape;
+    std::vector<Index> number(points_.size(), kNone);
+    const auto keep = [&](Index& v) {
+      if (number[v] == kNone) {
+        number[v] = static_cast<Index>(shape.points.size());
+        shape.points.push_back(points_[v]);
+      }
+      v = number[v];
+    };
+    for (std::size_t f = 0; f < facets_.size(); ++f) {
+      if (!curved(pieces_.of_facet[f])) continue;
+      shape.facets.push_back(facets_[f].vertices);
+      shape.facet_pieces.push_back(pieces_.of_facet[f]);
+      for (Index& v : shape.facets.back()) keep(v);
+    }
+    for (const Ridge& r : ridges_) {
+      if (r.point > r.other || told_by_planes(r)) continue;
+      shape.ridges.push_back({r.point, r.other});
+      shape.ridge_pieces.push_back(r.between);
+      for (Index& v : shape.ridges.back()) keep(v);
+    }
+  }
+
+  const std::vector<Vec<D>>& points_;
+  const std::vector<BoundaryFacet<D>>& facets_;
+  double least_, flat_ = 0.0;
+  std::vector<Joint<D>> joints_;
+  std::vector<std::size_t> patch_, plane_at_;
+  std::vector<Ridge> ridges_;    // each from either end
+  std::vector<char> on_border_;  // of a patch
+  Pieces<D> pieces_;
+};
+
+}  // namespace
+
+template <int D>
+Pieces<D> find_pieces(const std::vector<Vec<D>>& points, const std::vector<BoundaryFacet<D>>& facets,
+                      double tolerance, double ridge_angle) {
+  return Finder<D>(points, facets, ridge_angle).find(tolerance, ridge_angle);
+}
+
+template Pieces<2> find_pieces(const std::vector<Vec<2>>&, const std::vector<BoundaryFacet<2>>&, double,
+                               double);
+template Pieces<3> find_pieces(const std::vector<Vec<3>>&, const std::vector<BoundaryFacet<3>>&, double,
+                               double);
+
+}  // namespace lamina::adapt_detail
