@@ -23,19 +23,13 @@ struct Axes {
   }
 };
 
-void line(const Canvas& canvas, double x0, double y0, double x1, double y1) {
-  cairo_move_to(canvas.context(), x0, y0);
-  cairo_line_to(canvas.context(), x1, y1);
-  cairo_stroke(canvas.context());
-}
-
 void draw_axes(const Canvas& canvas, const Axes& a, int threads) {
   const int step = std::max(1, threads / 8);
   for (int i = 0; i <= threads; i += step) {
     canvas.set_color(kInkColor, i == 0 ? 1.0 : 0.15);
     cairo_set_line_width(canvas.context(), 1.0);
-    line(canvas, a.x(i), a.y(0), a.x(i), a.y(a.most));
-    line(canvas, a.x(0), a.y(i), a.x(a.most), a.y(i));
+    canvas.line(a.x(i), a.y(0), a.x(i), a.y(a.most));
+    canvas.line(a.x(0), a.y(i), a.x(a.most), a.y(i));
     canvas.set_color(kInkColor);
     canvas.text(a.x(i), a.y(0) + 22.0, 14.0, fmt::format("{}", i), 0.5);
     canvas.text(a.x(0) - 10.0, a.y(i) + 5.0, 14.0, fmt::format("{}", i), 1.0);
@@ -45,7 +39,7 @@ void draw_axes(const Canvas& canvas, const Axes& a, int threads) {
   const std::array<double, 2> dashes = {6.0, 5.0};
   cairo_set_dash(canvas.context(), dashes.data(), 2, 0.0);
   canvas.set_color(kInkColor, 0.6);
-  line(canvas, a.x(0), a.y(0), a.x(a.most), a.y(a.most));
+  canvas.line(a.x(0), a.y(0), a.x(a.most), a.y(a.most));
   cairo_set_dash(canvas.context(), nullptr, 0, 0.0);
 }
 
@@ -70,7 +64,7 @@ void draw_speedups(const std::filesystem::path& path, const std::vector<Speedup>
     cairo_set_line_width(canvas.context(), i == 0 ? 3.0 : 1.6);
     for (std::size_t k = 0; k < lines[i].values.size(); ++k) {
       const double x = axes.x(static_cast<double>(k + 1)), y = axes.y(lines[i].values[k]);
-      if (k > 0) line(canvas, axes.x(static_cast<double>(k)), axes.y(lines[i].values[k - 1]), x, y);
+      if (k > 0) canvas.line(axes.x(static_cast<double>(k)), axes.y(lines[i].values[k - 1]), x, y);
       cairo_arc(canvas.context(), x, y, 4.0, 0.0, 6.2832);
       cairo_fill(canvas.context());
     }

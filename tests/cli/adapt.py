@@ -150,6 +150,32 @@ class Adapt(Case):
         self.assert_one_error(lamina("score", mesh, "--case", self.dir / "a.case.toml", "--analytic", "iso"), BAD_INPUT,
                               "--analytic")
 
+    def test_scores_side_by_side(self):
+        """Each column says what the mesh's own score says; the picture has its name's format."""
+        meshes = [self.dir / "a.meshb", self.dir / "b.meshb"]
+        metrics = [self.dir / "a.sol", self.dir / "b.sol"]
+        for mesh, metric, h in zip(meshes, metrics, (0.5, 0.25)):
+            self.adapt("--analytic", f"iso:h={h}", "-o", mesh, "--metric-out", metric, "-q")
+        both = json.loads(self.run_ok("score", "--compare", *meshes, "--metric", metrics[0], "--metric", metrics[1],
+                                      "--json"))["meshes"]
+        alone = [json.loads(self.run_ok("score", mesh, "--metric", metric, "--json"))
+                 for mesh, metric in zip(meshes, metrics)]
+        self.assertEqual(both, alone)
+        # Without --metric: the tensors beside each.
+        lines = self.run_ok("score", *meshes, "--compare", "--picture", self.dir / "p.png").splitlines()
+        cells = next(line.split() for line in lines if line.startswith("cells"))
+        self.assertEqual(cells[1:], [str(s["score"]["cells"]) for s in alone])
+        unit = next(line.split() for line in lines if line.startswith("unit edges"))
+        self.assertEqual([unit[2], unit[4]], [f"{100 * s['score']['unit_share']:.2f}" for s in alone])
+        self.run_ok("score", meshes[0], "--picture", self.dir / "p.svg")
+        self.assertTrue((self.dir / "p.png").read_bytes().startswith(b"\x89PNG"))
+        self.assertIn("<svg", (self.dir / "p.svg").read_text(encoding="utf-8"))
+        for words, *needles in ((meshes, "--compare"), ((meshes[0], "--compare"), "two meshes"),
+                                ((meshes[0], "--metric", metrics[0], "--metric", metrics[1]), "more metrics"),
+                                ((meshes[0], "--picture", self.dir / "p.jpg"), "p.jpg", ".png"),
+                                ((meshes[0], "--picture", meshes[0]), ".png")):
+            self.assert_one_error(lamina("score", *words), BAD_INPUT, *needles)
+
     def test_score_takes_one_metric(self):
         mesh = self.dir / "a.meshb"
         self.adapt("--analytic", "iso:h=0.5", "-o", mesh, "-q")

@@ -106,6 +106,12 @@ void Canvas::set_color(const Rgb& c, double alpha) const {
   cairo_set_source_rgba(context(), c[0], c[1], c[2], alpha);
 }
 
+void Canvas::line(double x0, double y0, double x1, double y1) const {
+  cairo_move_to(context(), x0, y0);
+  cairo_line_to(context(), x1, y1);
+  cairo_stroke(context());
+}
+
 void Canvas::text(double x, double y, double size, const std::string& s, double align) const {
   cairo_set_font_size(context(), size);
   cairo_text_extents_t extents;

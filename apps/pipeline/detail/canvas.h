@@ -33,6 +33,8 @@ class Canvas {
   [[nodiscard]] cairo_t* context() const { return context_.get(); }
   [[nodiscard]] bool is_vector() const { return vector_; }
   void set_color(const Rgb& c, double alpha = 1.0) const;
+  /// Draws a line in the colour and width that are set.
+  void line(double x0, double y0, double x1, double y1) const;
   /// Writes text with its left end (align 0), middle (0.5) or right end (1) at x and its baseline at y.
   void text(double x, double y, double size, const std::string& s, double align = 0.0) const;
   /// Paints rows of pixels 0x00RRGGBB with their upper left corner at (x, y).
