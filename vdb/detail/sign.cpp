@@ -209,10 +209,12 @@ void SignRule::classify(const Surface& s, const Topology& topo, const std::vecto
         const auto clearly = [](double value, double lo) { return std::abs(value) > lo; };
         if (!crossing[t] && clearly(w, 1.0 - kClear) && clearly(inner, 1.0 - kClear)) {
           mode_[t] = kSubmerged;
-        } else if (crossing[t] || (open[shell] && !sheet[shell]) || clearly(w, kClear)) {
+        } else if (crossing[t] || clearly(w, kClear)) {
           mode_[t] = kWinding;
+        } else if (sheet[shell]) {
+          mode_[t] = kSheet;
         } else {
-          mode_[t] = sheet[shell] ? kSheet : kPseudonormal;
+          mode_[t] = open[shell] ? kNearby : kPseudonormal;
         }
       },
       256);
@@ -220,7 +222,9 @@ void SignRule::classify(const Surface& s, const Topology& topo, const std::vecto
                            [](std::uint8_t mode) { return mode == kSheet || mode == kWinding; });
   find_nearby(s, topo);
   const std::int64_t submerged = std::count(mode_.begin(), mode_.end(), kSubmerged);
-  if (std::find(mode_.begin(), mode_.end(), kWinding) != mode_.end() || submerged > 0)
+  if (std::any_of(mode_.begin(), mode_.end(), [](std::uint8_t mode) {
+        return mode == kNearby || mode == kWinding || mode == kSubmerged;
+      }))
     name_ = "winding number";
   if (holes > 0)
     warnings_.push_back(fmt::format("{} of {} {} holes: inside is where the winding number exceeds 1/2",
