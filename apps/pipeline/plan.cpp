@@ -53,12 +53,9 @@ Prediction predict(const WallMetric& metric, Progress* progress, double leaves_a
 }
 
 const char* cause_text(Cause cause) {
-  constexpr std::array<const char*, detail::kCauses> kTexts = {"layers over a flat wall",
-                                                               "curvature",
-                                                               "the border of a bend",
-                                                               "a sharp edge",
-                                                               "a corner",
-                                                               "another wall"};
+  constexpr std::array<const char*, detail::kCauses> kTexts = {
+      "layers over a flat wall",    "curvature", "the border of a bend", "a sharp edge",
+      "a sharp edge along a curve", "a corner",  "another wall"};
   return kTexts[static_cast<std::size_t>(cause)];
 }
 

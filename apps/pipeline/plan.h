@@ -28,7 +28,7 @@ inline constexpr double kSecondsPerCell = 1.4e-4;
 inline constexpr double kBytesPerCell = 115.0, kBytesAtLeast = 6e7;
 
 /// What makes a place costly.
-enum class Cause { kFlatWall, kCurvature, kBend, kSharpEdge, kCorner, kOtherWall };
+enum class Cause { kFlatWall, kCurvature, kBend, kSharpEdge, kCurvedEdge, kCorner, kOtherWall };
 const char* cause_text(Cause cause);
 
 /// A part of the layers and of the body's inside, of an eighth of the body's extent, and what it costs.

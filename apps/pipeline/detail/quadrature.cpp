@@ -10,8 +10,8 @@
 //   4. A nearer one stands for its wall-normal ray: its share of the wall is w / (integral of J over the
 //   ray), where J(t) is the volume swept at height t, (1 + k1 t)(1 + k2 t) above a face, t above a sharp
 //   edge, t^2 above a corner. The density is integrated along the ray by a random point between each two
-//   layer levels, all of which have the wall point of x. The ray ends where another part of the wall is
-//   nearer. This is unbiased whatever the wall's shape.
+//   layer levels, all of which have the wall point of x; of kDrawn intervals in a row one is drawn for all of
+//   them. The ray ends where another part of the wall is nearer. This is unbiased whatever the wall's shape.
 //   5. A leaf beside a face of the domain that carries layers, farther than `band` from the body, stands for
 //   its column normal to that face, cut at the layer levels.
 //   6. At one point in eight the excess of a unit edge is measured, see Sums::excess().
@@ -33,6 +33,7 @@ namespace {
 constexpr double kNearRatio = 0.5;  // half diagonal of a leaf against its distance from the wall
 constexpr int kRootCells = 6;       // of the octree, along the domain's longest side
 constexpr int kRayIntervals = 6;    // on each side of the wall, within the layer
+constexpr std::size_t kDrawn = 2;   // intervals of which one is looked at
 
 template <int D>
 struct Leaf {
@@ -48,17 +49,27 @@ double density(const WallSample& s) {
   return section<D>(s.metric).sqrt_det();
 }
 
+/// Is it the curve of the edge beside a sample that sizes along the edge resolve?
+bool edge_is_curved(const WallMetric& metric, const WallSample& s) {
+  const WallPoint& w = s.wall;
+  const double rate = std::log(metric.sizes().edge_growth);
+  const double across = w.feature == WallFeature::kEdge ? s.ht1 : s.hn + rate * w.edge_distance;
+  const double straight = std::min(metric.sizes().h2, across + rate * w.corner_distance);
+  return 2.0 * across < 0.25 * w.edge_curvature * straight * straight;  // chord below half of it
+}
+
 /// What the metric asks for at a sample beyond the plain layers over a flat wall.
 template <int D>
 Cause cause_of(const WallMetric& metric, const WallSample& s) {
   const WallPoint& w = s.wall;
   if (w.feature == WallFeature::kCorner) return Cause::kCorner;
-  if (w.feature == WallFeature::kEdge) return Cause::kSharpEdge;
+  const Cause edge = edge_is_curved(metric, s) ? Cause::kCurvedEdge : Cause::kSharpEdge;
+  if (w.feature == WallFeature::kEdge) return edge;
   const double plain = 1.0 / (s.hn * s.ht1 * (D == 3 ? s.ht2 : 1.0));
   const bool more = density<D>(s) > 2.0 * plain;
   const double widest = std::max(s.ht1, s.ht2);
   if (more && w.corner_distance < widest) return Cause::kCorner;
-  if (more && w.edge_distance < widest) return Cause::kSharpEdge;
+  if (more && w.edge_distance < widest) return edge;
   if (more && w.bend_distance < widest) return Cause::kBend;
   if (more) return Cause::kOtherWall;
   return s.ht1 < 0.5 * metric.sizes().h2 ? Cause::kCurvature : Cause::kFlatWall;
@@ -271,10 +282,13 @@ double integrate_side(const Sampler<D>& sampler, const Ray<D>& ray, double side,
     }
     // Below the point that the ray was drawn for, a difference of the feet is rounding.
     if (side * t > side * ray.wall.phi && !same_foot(metric.wall().distance(x, 0.0), t)) return volume;
+    volume += weight;
+    const std::size_t first = j - j % kDrawn, row = std::min(kDrawn, levels.size() - 1 - first);
+    const double drawn = uniform(~ray.id + first, side > 0.0 ? 0 : 1) * static_cast<double>(row);
+    if (static_cast<std::size_t>(drawn) != j - first) continue;
     WallPoint wall = ray.wall;
     wall.phi = t;
-    sampler.add(sums, x, metric.sample(x, wall), weight);
-    volume += weight;
+    sampler.add(sums, x, metric.sample(x, wall), static_cast<double>(row) * weight);
   }
   return volume;
 }

@@ -9,7 +9,7 @@
 
 namespace lamina::detail {
 
-constexpr std::size_t kCauses = 6;
+constexpr std::size_t kCauses = 7;
 
 /// Complexity of a part of space by cause, and its first moment.
 struct Cost {
