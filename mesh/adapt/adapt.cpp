@@ -1,7 +1,7 @@
 // The main path of the optimizer. The wanted smallest size is approached by lowering a floor under all sizes,
 // so that at every step the mesh is at most a factor of four away from its metric; at each step the mesh is
 // cut into pieces along a Hilbert curve and every piece is visited by collapse, split, swap and smoothing
-// sweeps.
+// sweeps. At the end edges out of the unit range are stretched, and the surroundings of bad cells mended.
 #include "mesh/adapt.h"
 
 #include <fmt/format.h>
@@ -14,6 +14,8 @@
 #include "core/parallel.h"
 #include "mesh/adapt/blocks.h"
 #include "mesh/adapt/boundary.h"
+#include "mesh/adapt/fixed_point.h"
+#include "mesh/adapt/measure.h"
 #include "mesh/adapt/operators.h"
 #include "mesh/adapt/snapshot.h"
 
@@ -24,91 +26,6 @@ using namespace adapt_detail;  // NOLINT: this file is the face of that namespac
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-template <int D>
-double longest_edge(const GlobalMesh<D>& mesh) {
-  double longest = 0.0;
-  for (const auto& cell : mesh.cells)
-    for (const auto& e : kCellEdges<D>)
-      longest = std::max(longest, (mesh.x[cell[e[1]]] - mesh.x[cell[e[0]]]).norm());
-  return longest;
-}
-
-template <int D>
-double longest_in_metric(const GlobalMesh<D>& mesh) {
-  double longest = 0.0;
-  for (const auto& cell : mesh.cells)
-    for (const auto& e : kCellEdges<D>)
-      longest = std::max(longest, edge_length<D>(mesh.x[cell[e[0]]], mesh.metric[cell[e[0]]],
-                                                 mesh.x[cell[e[1]]], mesh.metric[cell[e[1]]]));
-  return longest;
-}
-
-template <int D>
-void evaluate_metric(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, int now) {
-  mesh.metric.resize(mesh.x.size());
-  mesh.changed.resize(mesh.x.size(), now);
-  mesh.level.resize(mesh.x.size(), kNoLevel);
-  for_each_index(
-      mesh.x.size(),
-      [&](std::size_t v) {
-        const Metric<D> m = field.at(mesh.x[v], floor);
-        if (m.tensor() != mesh.metric[v].tensor()) mesh.changed[v] = now;
-        mesh.metric[v] = m;
-      },
-      256);
-}
-
-template <int D>
-double quality(const GlobalMesh<D>& mesh, std::size_t c) {
-  std::array<Vec<D>, D + 1> x;
-  std::array<const Metric<D>*, D + 1> m;
-  for (int i = 0; i <= D; ++i) {
-    x[i] = mesh.x[mesh.cells[c][i]];
-    m[i] = &mesh.metric[mesh.cells[c][i]];
-  }
-  return cell_quality<D>(x, m);
-}
-
-/// Shares of the mesh in its metric; edges are counted once per cell, which is close enough to steer by.
-template <int D>
-AdaptStep measure(const GlobalMesh<D>& mesh) {
-  struct Sums {
-    std::int64_t unit = 0, far = 0, edges = 0;
-    double quality = 0.0, worst = 1.0;
-  };
-  const Sums sums = reduce(
-      mesh.cells.size(), Sums{},
-      [&](std::size_t begin, std::size_t end) {
-        Sums s;
-        for (std::size_t c = begin; c < end; ++c) {
-          const double q = quality<D>(mesh, c);
-          s.quality += q;
-          s.worst = std::min(s.worst, q);
-          for (const auto& e : kCellEdges<D>) {
-            const Index a = mesh.cells[c][e[0]];
-            const Index b = mesh.cells[c][e[1]];
-            const double l = edge_length<D>(mesh.x[a], mesh.metric[a], mesh.x[b], mesh.metric[b]);
-            s.unit += l >= kUnitMin && l <= kUnitMax;
-            s.far += l < 0.5 || l > 2.0;
-            ++s.edges;
-          }
-        }
-        return s;
-      },
-      [](const Sums& a, const Sums& b) {
-        return Sums{a.unit + b.unit, a.far + b.far, a.edges + b.edges, a.quality + b.quality,
-                    std::min(a.worst, b.worst)};
-      });
-  AdaptStep step;
-  step.cells = static_cast<std::int64_t>(mesh.cells.size());
-  step.points = static_cast<std::int64_t>(mesh.x.size());
-  step.unit_share = static_cast<double>(sums.unit) / static_cast<double>(sums.edges);
-  step.far_share = static_cast<double>(sums.far) / static_cast<double>(sums.edges);
-  step.quality_min = sums.worst;
-  step.quality_mean = sums.quality / static_cast<double>(mesh.cells.size());
-  return step;
 }
 
 void add_stats(std::vector<OperatorStats>& total, const std::array<OperatorStats, kOperatorCount>& part) {
@@ -176,42 +93,39 @@ void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, co
   for (const auto& s : stats) add_stats(summary.operators, s);
 }
 
-/// Cells below the quality that repairs begin at, ascending.
-template <int D>
-std::vector<Index> bad_cells(const GlobalMesh<D>& mesh) {
-  std::vector<std::uint8_t> bad(mesh.cells.size());
-  for_each_index(mesh.cells.size(),
-                 [&](std::size_t c) { bad[c] = quality<D>(mesh, c) < Rules().repair_below; });
-  std::vector<Index> cells;
-  for (std::size_t c = 0; c < bad.size(); ++c)
-    if (bad[c]) cells.push_back(static_cast<Index>(c));
-  return cells;
-}
-
 /// Passes over the surroundings of bad cells, until there are none or their number stops falling.
 template <int D>
 void mend(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions& options, int pass,
           AdaptSummary& summary) {
   constexpr int kRings = 4;
   constexpr int kMostPasses = 5;
-  std::vector<Index> bad = bad_cells(mesh);
+  const double below = Rules().repair_below;
+  std::vector<Index> bad = bad_cells(mesh, below);
   for (int i = 0; i < kMostPasses && !bad.empty(); ++i) {
     const std::size_t before = bad.size();
     run_pass<D>(mesh, field, 0.0, options, pass + i, kMending, cells_around(mesh, std::move(bad), kRings),
                 summary);
-    bad = bad_cells(mesh);
+    bad = bad_cells(mesh, below);
     if (bad.size() >= before) break;
   }
 }
 
-/// Passes over the edges out of the unit range; two, as pieces meet in other places at the second.
+/// Passes over the edges out of the unit range; two, as pieces meet in other places at the second. Where few
+/// are left, the rest of the mesh is not cut into pieces.
 template <int D>
 int stretch(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions& options, int pass,
             AdaptSummary& summary) {
   constexpr int kPasses = 2;
+  constexpr int kRings = 2;
   std::fill(mesh.changed.begin(), mesh.changed.end(), begin_of(pass));
-  for (int i = 0; i < kPasses; ++i)
-    run_pass<D>(mesh, field, 0.0, options, pass + i, kStretching, {}, summary);
+  for (int i = 0; i < kPasses; ++i) {
+    const int since =
+        i == 0 ? begin_of(pass) : begin_of(pass + i - 1) + static_cast<int>(kStretching.size()) - 1;
+    std::vector<Index> cells = cells_around(mesh, loose_cells(mesh, since), kRings);
+    if (cells.empty()) break;
+    if (2 * cells.size() > mesh.cells.size()) cells.clear();
+    run_pass<D>(mesh, field, 0.0, options, pass + i, kStretching, cells, summary);
+  }
   return pass + kPasses;
 }
 
@@ -227,39 +141,6 @@ std::vector<double> size_floors(double start, double end) {
   return floors;
 }
 
-// A mesh that is unit in the wanted metric already goes no way from coarse to fine, and is left as it is
-// where polishing would move many vertices for next to nothing: an adapted mesh is a fixed point.
-
-/// Vertices that lie on levels are taken for placed there.
-template <int D>
-void find_levels(GlobalMesh<D>& mesh, const AdaptMetric<D>& field) {
-  constexpr double kThere = 1e-6;  // of a layer: far above rounding
-  for_each_index(
-      mesh.x.size(),
-      [&](std::size_t v) {
-        const auto level = field.level(mesh.x[v], 0.0);
-        if (level && level->metric.length(level->way) <= kThere) mesh.level[v] = level->number;
-      },
-      256);
-}
-
-template <int D>
-std::int64_t on_levels(const GlobalMesh<D>& mesh) {
-  return static_cast<std::int64_t>(mesh.level.size()) -
-         std::count(mesh.level.begin(), mesh.level.end(), kNoLevel);
-}
-
-template <int D>
-bool is_worthwhile(const AdaptStep& before, const GlobalMesh<D>& old, const AdaptStep& after,
-                   const GlobalMesh<D>& mesh, const AdaptOptions& options) {
-  constexpr double kGain = 0.005, kFewer = 1e-4, kMoreLevels = 0.01;
-  const double more = static_cast<double>(on_levels(mesh) - on_levels(old));
-  return after.unit_share > before.unit_share + kGain || after.quality_mean > before.quality_mean + kGain ||
-         after.far_share < before.far_share - kFewer ||
-         (before.quality_min < options.quality_floor && after.quality_min > 1.1 * before.quality_min) ||
-         (options.align == Align::kLayers && more > kMoreLevels * static_cast<double>(mesh.x.size()));
-}
-
 template <int D>
 AdaptState<D> first_state(const Mesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions& options) {
   AdaptState<D> state;
@@ -270,13 +151,9 @@ AdaptState<D> first_state(const Mesh<D>& mesh, const AdaptMetric<D>& field, cons
   state.mesh = import_mesh(mesh, options, state.tags);
   double first = options.start_size;
   if (!(first > 0.0)) {
-    constexpr double kUnitShare = 0.8;
     evaluate_metric(state.mesh, field, 0.0, 0);
-    // A seed may be unit nearly everywhere, its far field being most of it, and miss the body altogether.
-    constexpr double kLongest = 4.0;
-    state.unit_already =
-        measure(state.mesh).unit_share >= kUnitShare && longest_in_metric(state.mesh) <= kLongest;
-    if (!state.unit_already) first = longest_edge(state.mesh);
+    state.unit_already = is_adapted(state.mesh);
+    if (!state.unit_already) first = longest_in_space(state.mesh);
     if (state.unit_already && options.align == Align::kLayers) find_levels(state.mesh, field);
   }
   state.floors = size_floors(first, options.end_size);
@@ -294,16 +171,16 @@ AdaptStep run_step(AdaptState<D>& state, const AdaptMetric<D>& field, const Adap
   // Polishing looks at what the plain passes left alone.
   if (last) std::fill(mesh.changed.begin(), mesh.changed.end(), begin_of(state.pass));
   const int passes = last ? options.final_passes : options.passes_per_step;
-  constexpr double kWorthwhile = 0.0015;  // share of the edges that a final pass should make unit
+  constexpr double kWorthwhile = 0.0025;  // share of the edges that a final pass should make unit
   double gain = 1.0;
-  double unit_share = 0.0;
+  double share = 0.0;
   for (int i = 0; i < passes && gain > kWorthwhile; ++i) {
     if (progress != nullptr) progress->check_cancelled();
     const auto sweeps = std::span(kSweeps).first(last ? kSweeps.size() : kPlainSweeps);
     run_pass<D>(mesh, field, floor, options, state.pass++, sweeps, {}, state.summary);
     if (!last) continue;
-    const double reached = measure(mesh).unit_share;
-    gain = reached - std::exchange(unit_share, reached);
+    const double reached = unit_share(mesh);
+    gain = reached - std::exchange(share, reached);
   }
   if (last) {
     state.pass = stretch(mesh, field, options, state.pass, state.summary);

@@ -145,7 +145,7 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
       local.cells[k].v[i] = slot;
       local.vertices[slot].cell = static_cast<Index>(k);
     }
-    local.cells[k].energy = local.energy(local.corners(local.cells[k].v));
+    local.cells[k].energy = mesh.energy[g];
   }
   connect<D>(local, pieces);
   for (const auto& cell : local.cells)
@@ -160,6 +160,7 @@ template <int D>
 struct Result {
   std::vector<std::array<Index, D + 1>> cells;
   std::vector<std::array<PieceId, D + 1>> facet_pieces;
+  std::vector<double> energy;
   std::vector<Index> kept;  // vertices that were there before, as the piece numbers them
   std::vector<typename LocalMesh<D>::Vertex> added;
   std::vector<Index> frozen;  // vertices on interfaces, listed by every piece that has them
@@ -197,6 +198,7 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
   }
   r.cells.reserve(local.cells.size());
   r.facet_pieces.reserve(local.cells.size());
+  r.energy.reserve(local.cells.size());
   for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
     if (!local.alive(c)) continue;
     const auto& cell = local.cells[c];
@@ -208,6 +210,7 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
     }
     r.cells.push_back(v);
     r.facet_pieces.push_back(t);
+    r.energy.push_back(cell.energy);
   }
   return r;
 }
@@ -226,6 +229,7 @@ Result<D> others(const GlobalMesh<D>& mesh, const std::vector<Index>& cells) {
     }
     r.cells.push_back(mesh.cells[c]);
     r.facet_pieces.push_back(mesh.facet_pieces[c]);
+    r.energy.push_back(mesh.energy[c]);
   }
   return r;
 }
@@ -273,6 +277,7 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
   const auto cells = exclusive_scan(cell_base);
   mesh.cells.resize(cells);
   mesh.facet_pieces.resize(cells);
+  mesh.energy.resize(cells);
   for_each_index(
       results.size(),
       [&](std::size_t b) {
@@ -284,6 +289,7 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
             cell[k] = v < old_count ? renumber[v] : added_base[b] + (v - old_count);
           }
           mesh.facet_pieces[cell_base[b] + static_cast<std::int64_t>(i)] = r.facet_pieces[i];
+          mesh.energy[cell_base[b] + static_cast<std::int64_t>(i)] = r.energy[i];
         }
       },
       1);

@@ -24,6 +24,7 @@ struct GlobalMesh {
   std::vector<int> changed;      ///< as LocalMesh::Vertex::changed
   std::vector<std::array<Index, D + 1>> cells;
   std::vector<std::array<PieceId, D + 1>> facet_pieces;  ///< 0: interior
+  std::vector<double> energy;  ///< as LocalMesh::Cell::energy; up to date from evaluate_metric() on
   std::shared_ptr<const BoundaryShape<D>> shape;
   Box<D> bounds;
 };
