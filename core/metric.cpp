@@ -173,7 +173,12 @@ Metric<D> Metric<D>::from_log(const Sym<D>& log) {
   Mat<D> L = to_matrix<D>(log);
   Mat<D> V = Mat<D>::Identity();
   constexpr int kSweeps = 12;
+  constexpr double kSettled = 4e-15;  // of the diagonal: what rounding leaves; sizes feel its square
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    double off = 0.0;
+    for (int p = 0; p < D; ++p)
+      for (int q = p + 1; q < D; ++q) off = std::max(off, std::abs(L(p, q)));
+    if (off <= kSettled * L.diagonal().cwiseAbs().maxCoeff()) break;
     for (int p = 0; p < D; ++p) {
       for (int q = p + 1; q < D; ++q) {
         if (L(p, q) == 0.0) continue;

@@ -85,28 +85,43 @@ CellFinder<D>::CellFinder(const Mesh<D>& mesh) : points_(mesh.points), cells_(me
   tree_ = detail::build_box_tree(std::move(refs));
 }
 
+/// Nearly all points lie in a cell, which is found without looking at those that are merely near.
 template <int D>
 CellPlace<D> CellFinder<D>::find(const Vec<D>& x) const {
   const Vec3 local = in_space<D>(x) - origin_;
+  CellPlace<D> place;
+  double best = std::numeric_limits<double>::min();  // only boxes that hold x are nearer
+  detail::visit_nearest(tree_, local.data(), best, 1.0, [&](int begin, int count) {
+    for (int i = begin; i < begin + count && best > 0.0; ++i) {
+      const Index id = tree_.ids[static_cast<std::size_t>(i)];
+      if (!inner_weights<D>(corners_of(id), x, place.weights)) continue;
+      place.cell = id;
+      best = 0.0;
+    }
+  });
+  if (place.cell != kNone) return place;
   std::vector<int> all(D + 1);
   std::iota(all.begin(), all.end(), 0);
-  double best = std::numeric_limits<double>::infinity();
-  CellPlace<D> place;
+  best = std::numeric_limits<double>::infinity();
   detail::visit_nearest(tree_, local.data(), best, 1.0, [&](int begin, int count) {
     for (int i = begin; i < begin + count; ++i) {
       const Index id = tree_.ids[static_cast<std::size_t>(i)];
-      std::array<Vec<D>, D + 1> corners;
-      for (std::size_t k = 0; k <= D; ++k)
-        corners[k] = points_[static_cast<std::size_t>(cells_[static_cast<std::size_t>(id)][k])];
       std::array<double, D + 1> weights;
-      const double d2 =
-          inner_weights<D>(corners, x, weights) ? 0.0 : closest_weights<D>(corners, all, x, weights);
+      const double d2 = closest_weights<D>(corners_of(id), all, x, weights);
       if (!(d2 < best)) continue;
       best = d2;
       place = {id, weights};
     }
   });
   return place;
+}
+
+template <int D>
+std::array<Vec<D>, D + 1> CellFinder<D>::corners_of(Index cell) const {
+  std::array<Vec<D>, D + 1> corners;
+  for (std::size_t k = 0; k <= D; ++k)
+    corners[k] = points_[static_cast<std::size_t>(cells_[static_cast<std::size_t>(cell)][k])];
+  return corners;
 }
 
 template class CellFinder<2>;

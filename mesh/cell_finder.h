@@ -32,6 +32,8 @@ class CellFinder {
   [[nodiscard]] const Box<D>& bounds() const { return bounds_; }
 
  private:
+  [[nodiscard]] std::array<Vec<D>, D + 1> corners_of(Index cell) const;
+
   std::vector<Vec<D>> points_;
   std::vector<std::array<Index, D + 1>> cells_;
   Vec3 origin_ = Vec3::Zero();  ///< the tree's coordinates are relative to this

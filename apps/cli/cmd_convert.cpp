@@ -6,6 +6,7 @@
 #include "apps/pipeline/output.h"
 #include "apps/pipeline/text.h"
 #include "core/file.h"
+#include "mesh/box_facets.h"
 #include "mesh/io.h"
 #include "mesh/solution.h"
 
@@ -15,9 +16,8 @@ namespace {
 /// One line a format: name, suffixes, what it holds.
 std::string format_list() {
   std::string text =
-      "Formats (c f p: tags of cells, facets, points; N: names of tags; F: fields, of .mesh and .meshb in "
-      "the "
-      ".sol or .solb beside it; 2: 2D too):\n";
+      "Formats (c f p: tags of cells, facets, points; N: names of tags; F: fields, of .mesh and .meshb in\n"
+      "the .sol or .solb beside it; 2: 2D too):\n";
   for (const MeshFormat& f : mesh_formats()) {
     std::string holds;
     const auto add = [&](bool held, char letter) { holds += held ? letter : '-'; };
@@ -39,6 +39,20 @@ struct State {
   std::string version;
 };
 
+/// Words on facets that the input does not name.
+void tell_listed(const State& state, const AnyMesh& any) {
+  std::visit(
+      [&](const auto& mesh) {
+        std::vector<std::string> names;
+        for (const auto& [tag, name] : mesh.facet_names) names.push_back(name);
+        fmt::print(stderr,
+                   "lamina: warning: {} names no facets: the {} of its boundary are tagged by the faces of "
+                   "its bounding box, {}\n",
+                   state.in, mesh.facets.size(), join(names));
+      },
+      any);
+}
+
 int convert(const State& state) {
   OutputSet outputs;
   outputs.expect_mesh(state.out, state.in);
@@ -56,6 +70,8 @@ int convert(const State& state) {
     if (const auto solution = find_solution(state.in)) outputs.protect(*solution);
     outputs.expect(options.solution, state.in);
   }
+  const bool bare = std::visit([](const auto& mesh) { return mesh.facets.empty(); }, any);
+  const bool list = bare && !state.cells_only && lower_extension(state.out) != ".vtu";
   const std::vector<std::string> lost = std::visit(
       [&](auto& mesh) {
         if (state.cells_only) {
@@ -63,17 +79,12 @@ int convert(const State& state) {
           mesh.facet_tags.clear();
           mesh.facet_names.clear();
         }
+        if (list) list_box_facets(mesh);
         return write_mesh(outputs.files(), state.out, mesh, options);
       },
       any);
   outputs.commit();
-  const bool bare = std::visit([](const auto& mesh) { return mesh.facets.empty(); }, any);
-  if (bare && !state.cells_only && lower_extension(state.out) != ".vtu")
-    fmt::print(
-        stderr,
-        "lamina: warning: {} names no facets, so {} has no boundary markers (lamina mesh writes them into "
-        "every format but .vtu)\n",
-        state.in, state.out);
+  if (list) tell_listed(state, any);
   if (!lost.empty())
     fmt::print(stderr, "lamina: warning: {} cannot hold {}: dropped\n", state.out, join(lost));
   return kDone;

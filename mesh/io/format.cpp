@@ -67,117 +67,152 @@ void write_gmf_file(WriteJob& job, const Mesh<D>& mesh) {
   if (!kept) job.lost.push_back(fmt::format("the names of fields (in {}: {})", path.string(), names));
 }
 
+FormatEntry vtu_entry() {
+  return {{.name = "VTK unstructured grid",
+           .suffixes = {".vtu"},
+           .point_tags = true,
+           .point_fields = Fields::kAnyFields,
+           .cell_fields = Fields::kAnyFields},
+          read_file<parse_vtu>,
+          write_vtu_file<2>,
+          write_vtu_file<3>};
+}
+
+template <bool Ascii>
+FormatEntry gmf_entry() {
+  return {{.name = Ascii ? "GMF ascii" : "GMF binary",
+           .suffixes = {Ascii ? ".mesh" : ".meshb"},
+           .point_tags = true,
+           .solution = true,
+           .versions = {"2", "3", "4"}},
+          read_file<parse_gmf>,
+          write_gmf_file<2, Ascii>,
+          write_gmf_file<3, Ascii>};
+}
+
+FormatEntry msh_entry() {
+  return {{.name = "Gmsh MSH",
+           .suffixes = {".msh"},
+           .cell_names = true,
+           .facet_names = true,
+           .point_fields = Fields::kTensorFields,
+           .cell_fields = Fields::kTensorFields,
+           .ascii = true,
+           .binary = true,
+           .versions = {"4.1", "2.2"}},
+          read_file<parse_msh>,
+          write_msh<2>,
+          write_msh<3>};
+}
+
+FormatEntry su2_entry() {
+  return {{.name = "SU2", .suffixes = {".su2"}, .cell_tags = false, .facet_names = true},
+          read_file<parse_su2>,
+          write_su2<2>,
+          write_su2<3>};
+}
+
+FormatEntry tetgen_entry() {
+  return {{.name = "TetGen, Triangle", .suffixes = {".node", ".ele", ".face"}, .point_tags = true},
+          read_tetgen_files,
+          write_tetgen_files<2>,
+          write_tetgen_files<3>,
+          tetgen_files};
+}
+
+FormatEntry ugrid_entry() {
+  return {{.name = "UGRID",
+           .suffixes = {".lb8.ugrid", ".b8.ugrid", ".lb8l.ugrid", ".b8l.ugrid", ".ugrid"},
+           .plane = false,
+           .cell_tags = false},
+          read_ugrid,
+          nullptr,
+          write_ugrid};
+}
+
+FormatEntry foam_entry() {
+  return {{.name = "OpenFOAM polyMesh",
+           .suffixes = {"polyMesh", ".foam"},
+           .plane = false,
+           .cell_names = true,
+           .facet_names = true,
+           .ascii = true,
+           .binary = true},
+          read_foam,
+          nullptr,
+          write_foam,
+          foam_files};
+}
+
+#ifdef LAMINA_HDF5
+FormatEntry xdmf_entry() {
+  return {{.name = "XDMF with HDF5",
+           .suffixes = {".xdmf"},
+           .point_tags = true,
+           .cell_names = true,
+           .facet_names = true,
+           .point_fields = Fields::kAnyFields,
+           .cell_fields = Fields::kAnyFields},
+          read_xdmf,
+          write_xdmf<2>,
+          write_xdmf<3>,
+          xdmf_files};
+}
+#endif
+
+#ifdef LAMINA_CGNS
+FormatEntry cgns_entry() {
+  return {{.name = "CGNS",
+           .suffixes = {".cgns"},
+           .point_tags = true,
+           .facet_names = true,
+           .point_fields = Fields::kTensorFields,
+           .cell_fields = Fields::kTensorFields},
+          read_cgns,
+          write_cgns<2>,
+          write_cgns<3>};
+}
+#endif
+
+FormatEntry houdini_entry() {
+  return {{.name = "Houdini geometry",
+           .suffixes = {".geo"},
+           .plane = false,
+           .point_tags = true,
+           .point_fields = Fields::kAnyFields,
+           .cell_fields = Fields::kAnyFields},
+          read_file<parse_geo>,
+          nullptr,
+          write_geo};
+}
+
+FormatEntry usda_entry() {
+  return {{.name = "USD TetMesh",
+           .suffixes = {".usda"},
+           .reads = false,
+           .plane = false,
+           .point_tags = true,
+           .cell_names = true,
+           .facet_names = true,
+           .point_fields = Fields::kAnyFields,
+           .cell_fields = Fields::kAnyFields,
+           .exact = false},
+          nullptr,
+          nullptr,
+          write_usda};
+}
+
 std::vector<FormatEntry> make_entries() {
   return {
-      {{.name = "VTK unstructured grid",
-        .suffixes = {".vtu"},
-        .point_tags = true,
-        .point_fields = Fields::kAnyFields,
-        .cell_fields = Fields::kAnyFields},
-       read_file<parse_vtu>,
-       write_vtu_file<2>,
-       write_vtu_file<3>},
-      {{.name = "GMF ascii",
-        .suffixes = {".mesh"},
-        .point_tags = true,
-        .solution = true,
-        .versions = {"2", "3", "4"}},
-       read_file<parse_gmf>,
-       write_gmf_file<2, true>,
-       write_gmf_file<3, true>},
-      {{.name = "GMF binary",
-        .suffixes = {".meshb"},
-        .point_tags = true,
-        .solution = true,
-        .versions = {"2", "3", "4"}},
-       read_file<parse_gmf>,
-       write_gmf_file<2, false>,
-       write_gmf_file<3, false>},
-      {{.name = "Gmsh MSH",
-        .suffixes = {".msh"},
-        .cell_names = true,
-        .facet_names = true,
-        .point_fields = Fields::kTensorFields,
-        .cell_fields = Fields::kTensorFields,
-        .ascii = true,
-        .binary = true,
-        .versions = {"4.1", "2.2"}},
-       read_file<parse_msh>,
-       write_msh<2>,
-       write_msh<3>},
-      {{.name = "SU2", .suffixes = {".su2"}, .cell_tags = false, .facet_names = true},
-       read_file<parse_su2>,
-       write_su2<2>,
-       write_su2<3>},
-      {{.name = "TetGen, Triangle", .suffixes = {".node", ".ele", ".face"}, .point_tags = true},
-       read_tetgen_files,
-       write_tetgen_files<2>,
-       write_tetgen_files<3>,
-       tetgen_files},
-      {{.name = "UGRID",
-        .suffixes = {".lb8.ugrid", ".b8.ugrid", ".lb8l.ugrid", ".b8l.ugrid", ".ugrid"},
-        .plane = false,
-        .cell_tags = false},
-       read_ugrid,
-       nullptr,
-       write_ugrid},
-      {{.name = "OpenFOAM polyMesh",
-        .suffixes = {"polyMesh", ".foam"},
-        .plane = false,
-        .cell_names = true,
-        .facet_names = true,
-        .ascii = true,
-        .binary = true},
-       read_foam,
-       nullptr,
-       write_foam,
-       foam_files},
+      vtu_entry(),     gmf_entry<true>(), gmf_entry<false>(), msh_entry(),
+      su2_entry(),     tetgen_entry(),    ugrid_entry(),      foam_entry(),
 #ifdef LAMINA_HDF5
-      {{.name = "XDMF with HDF5",
-        .suffixes = {".xdmf"},
-        .point_tags = true,
-        .cell_names = true,
-        .facet_names = true,
-        .point_fields = Fields::kAnyFields,
-        .cell_fields = Fields::kAnyFields},
-       read_xdmf,
-       write_xdmf<2>,
-       write_xdmf<3>,
-       xdmf_files},
+      xdmf_entry(),
 #endif
 #ifdef LAMINA_CGNS
-      {{.name = "CGNS",
-        .suffixes = {".cgns"},
-        .point_tags = true,
-        .facet_names = true,
-        .point_fields = Fields::kTensorFields,
-        .cell_fields = Fields::kTensorFields},
-       read_cgns,
-       write_cgns<2>,
-       write_cgns<3>},
+      cgns_entry(),
 #endif
-      {{.name = "Houdini geometry",
-        .suffixes = {".geo"},
-        .plane = false,
-        .point_tags = true,
-        .point_fields = Fields::kAnyFields,
-        .cell_fields = Fields::kAnyFields},
-       read_file<parse_geo>,
-       nullptr,
-       write_geo},
-      {{.name = "USD TetMesh",
-        .suffixes = {".usda"},
-        .reads = false,
-        .plane = false,
-        .point_tags = true,
-        .cell_names = true,
-        .facet_names = true,
-        .point_fields = Fields::kAnyFields,
-        .cell_fields = Fields::kAnyFields,
-        .exact = false},
-       nullptr,
-       nullptr,
-       write_usda},
+      houdini_entry(), usda_entry(),
   };
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "mesh/box_facets.h"
 #include "mesh/seed/seed_kinds.h"
 
 namespace lamina {
@@ -44,32 +45,11 @@ Mesh<D> make_lattice(const Box<D>& box, const std::array<int, D>& n) {
       mesh.cells.push_back(cell);
     } while (std::next_permutation(axes.begin(), axes.end()));
   }
-  add_box_facets(mesh, box);
+  list_box_facets(mesh);
   return mesh;
 }
 
 }  // namespace
-
-template <int D>
-void add_box_facets(Mesh<D>& mesh, const Box<D>& box) {
-  constexpr std::array<const char*, 6> kFaces = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
-  for (int side = 0; side < 2 * D; ++side) mesh.facet_names[side + 1] = kFaces[side];
-  for (const auto& cell : mesh.cells) {
-    for (const auto& f : kCellFacets<D>) {
-      for (int side = 0; side < 2 * D; ++side) {
-        const int axis = side / 2;
-        const double plane = side % 2 == 0 ? box.lo[axis] : box.hi[axis];
-        bool on = true;
-        for (const int k : f) on = on && mesh.points[cell[k]][axis] == plane;
-        if (!on) continue;
-        std::array<Index, D> facet;
-        for (int k = 0; k < D; ++k) facet[k] = cell[f[k]];
-        mesh.facets.push_back(facet);
-        mesh.facet_tags.push_back(side + 1);
-      }
-    }
-  }
-}
 
 template <int D>
 Mesh<D> make_seed(const Box<D>& box, double size, SeedKind kind, int max_cells_per_axis) {
@@ -85,8 +65,6 @@ Mesh<D> make_seed(const Box<D>& box, double size, SeedKind kind, int max_cells_p
   return make_lattice<D>(box, n);
 }
 
-template void add_box_facets(Mesh<2>&, const Box<2>&);
-template void add_box_facets(Mesh<3>&, const Box<3>&);
 template Mesh<2> make_seed(const Box<2>&, double, SeedKind, int);
 template Mesh<3> make_seed(const Box<3>&, double, SeedKind, int);
 

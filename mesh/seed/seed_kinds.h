@@ -5,10 +5,6 @@
 
 namespace lamina {
 
-/// Lists the facets of cells that lie in a face of the box, tagged 1..2D (x-, x+, y-, ...).
-template <int D>
-void add_box_facets(Mesh<D>& mesh, const Box<D>& box);
-
 /// TetGen's mesh of the box; throws kSeed when it is not part of this build.
 Mesh<3> make_tetgen_seed(const Box<3>& box, double size, int max_cells_per_axis);
 

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/predicates.h"
+#include "mesh/box_facets.h"
 #include "mesh/seed/seed_kinds.h"
 
 #ifdef LAMINA_TETGEN
@@ -78,7 +79,7 @@ Mesh<3> make_tetgen_seed(const Box<3>& box, double size, int max_cells_per_axis)
       std::swap(cell[2], cell[3]);
     mesh.cells.push_back(cell);
   }
-  add_box_facets(mesh, box);
+  list_box_facets(mesh);
   return mesh;
 }
 

@@ -192,20 +192,43 @@ class Formats(Case):
         done = lamina("convert", self.mesh, self.dir / "sub.su2")
         self.assertIn("the fields sol_1, sol_2", done.stderr)
 
-    def test_a_mesh_without_facets_is_told(self):
+    def markers(self, path):
+        return {line.split()[1] for line in path.read_text(encoding="ascii").splitlines() if line.startswith("MARKER_TAG")}
+
+    def test_a_mesh_without_facets_gets_its_boundary(self):
+        """Of the two tetrahedra one face lies in each of z = 0, y = 0 and x = 0, three are slanted."""
         cells = self.convert("cells.vtu", "--cells-only")
         done = lamina("convert", cells, self.dir / "a.su2")
         self.assertEqual(done.returncode, 0)
-        self.assertIn("no boundary markers", done.stderr)
+        self.assertIn("the 6 of its boundary are tagged by the faces of its bounding box, xmin, ymin, zmin, boundary",
+                      done.stderr)
+        self.assertEqual(self.markers(self.dir / "a.su2"), {"xmin", "ymin", "zmin", "boundary"})
+        done = lamina("convert", cells, self.dir / "a.su2", "--cells-only")
+        self.assertEqual(done.returncode, 0)
+        self.assertNotIn("facets", done.stderr)
+        self.assertEqual(self.markers(self.dir / "a.su2"), set())
 
     def test_a_mesh_for_a_solver_names_the_faces_of_the_domain(self):
-        out, foam = self.dir / "a.su2", self.dir / "constant" / "polyMesh"
-        self.run_ok("mesh", self.sample(), "-o", out, "-o", foam, *COARSE, "-q")
-        names = ["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"]
-        markers = [line.split()[1] for line in out.read_text(encoding="ascii").splitlines() if line.startswith("MARKER_TAG")]
-        self.assertEqual(markers, names)
+        out, foam, vtu = self.dir / "a.su2", self.dir / "constant" / "polyMesh", self.dir / "a.vtu"
+        self.run_ok("mesh", self.sample(), "-o", out, "-o", foam, "-o", vtu, *COARSE, "-q")
+        names = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"}
+        self.assertEqual(self.markers(out), names)
         patches = (foam / "boundary").read_text(encoding="ascii").split()
-        self.assertEqual([word for word in patches if word in names], names)
+        self.assertEqual({word for word in patches if word in names}, names)
+        # The .vtu names no facets; by way of it the same ones come out.
+        self.run_ok("convert", vtu, self.dir / "b.su2")
+
+        def facets(path):
+            text, found, marker = path.read_text(encoding="ascii").splitlines(), set(), None
+            for line in text:
+                if line.startswith("MARKER_TAG"):
+                    marker = line.split()[1]
+                elif marker and line.startswith("5 "):
+                    found.add((marker, tuple(sorted(map(int, line.split()[1:4])))))
+            return found
+
+        self.assertEqual(facets(self.dir / "b.su2"), facets(out))
+        self.assertGreater(len(facets(out)), 100)
 
     def test_refusals_leave_nothing_behind(self):
         before = self.entries()

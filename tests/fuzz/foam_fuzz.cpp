@@ -1,21 +1,13 @@
 // Any bytes given to the OpenFOAM reader, its six files parted by form feeds, are a mesh or an Error.
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string_view>
 
 #include "core/error.h"
 #include "mesh/io/foam.h"
+#include "tests/fuzz/parts.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  std::string_view rest(reinterpret_cast<const char*>(data), size);
-  std::array<lamina::io::Source, 6> parts;
-  for (lamina::io::Source& part : parts) {
-    const std::size_t end = std::min(rest.find('\f'), rest.size());
-    part = {rest.substr(0, end), "fuzz"};
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-  }
+  const auto parts = lamina::parts_of<6>(data, size);
   try {
     lamina::io::parse_foam({parts[0], parts[1], parts[2], parts[3], parts[4], parts[5]});
   } catch (const lamina::Error&) {
