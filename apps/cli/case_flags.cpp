@@ -25,9 +25,10 @@ std::string value_name(const CaseOption& o) {
     case OptionType::kChoice:
       return "NAME";
     case OptionType::kReals:
+      if (o.count == 3) return "RADIUS LENGTH HEIGHT";
       return o.count == 6 ? "X0 Y0 Z0 X1 Y1 Z1" : "U0 V0 U1 V1";
     case OptionType::kText:
-      return o.table == "output" && o.key != "picture_plane" ? "FILE" : "TEXT";
+      return (o.table == "output" && o.key != "picture_plane") || o.key == "border" ? "FILE" : "TEXT";
     case OptionType::kTexts:
       if (o.count == 8) return "NAME X0 Y0 Z0 X1 Y1 Z1 SIZE";
       return o.table == "sizes" ? "FACE" : "FILE";
@@ -81,6 +82,13 @@ Case CaseFlags::with_flags(Case c) const {
                   fmt::format("unexpected argument {}: one {} is enough", w.words[1], name));
     std::vector<std::string> words = w.words;
     if (w.option->planar_count > 0) std::erase(words, "");  // the parser ends lists of any length with one
+    if (name == "--domain" && words.front() == "c") {       // a shape by its name
+      words.erase(words.begin());
+      const auto c_shape = std::find_if(words_.begin(), words_.end(),
+                                        [](const Words& o) { return o.option->name() == "--domain-c"; });
+      given.push_back({c_shape->option, parse_option(*c_shape->option, words, "--domain c"), "--domain c"});
+      continue;
+    }
     given.push_back({w.option, parse_option(*w.option, words, name), name});
   }
   apply_options(c, given);

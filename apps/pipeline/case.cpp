@@ -55,8 +55,8 @@ void check_value(const GivenOption& g) {
     check_range(o, *real, g.where);
   } else if (const auto* reals = std::get_if<std::vector<double>>(&g.value)) {
     for (const double x : *reals) check_range(o, x, g.where);
-    // All lists of numbers are boxes, lower corner first.
-    const std::size_t half = reals->size() / 2;
+    // Lists of numbers are boxes, lower corner first, but for the three of --domain-c.
+    const std::size_t half = reals->size() % 2 == 0 ? reals->size() / 2 : 0;
     for (std::size_t i = 0; i < half; ++i)
       if (!((*reals)[i] < (*reals)[half + i]))
         reject(fmt::format("{} is an empty box: {} must be below {} (number {} below number {})", g.where,

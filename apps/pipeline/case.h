@@ -49,7 +49,9 @@ struct Case {
   std::vector<std::string> size_grids;    ///< "NAME" in the body's .vdb, or "FILE.vdb:NAME"
   Flow flow;
   std::optional<double> h2, h1, box2_margin, target_cells;
-  std::optional<Box<3>> box2, box1, domain;  ///< in two dimensions endless in z, as the boxes below
+  std::optional<Box<3>> box2, box1, domain;       ///< in two dimensions endless in z, as the boxes below
+  std::optional<std::array<double, 3>> domain_c;  ///< radius, length, height, see c_border()
+  std::optional<std::filesystem::path> border;    ///< a closed curve around the domain
   Profile profile = Profile::kLayered;
   double corner_elements = SizeOptions{}.corner_elements;
   double edge_growth = SizeOptions{}.edge_growth;
@@ -80,6 +82,8 @@ struct ResolvedCase {
   Case c;
   BoundaryLayer layer;
   SizeOptions sizes;
+  std::optional<DomainBorder>
+      border;  ///< of a plane domain that is no box; `sizes.domain` is the box around it
   Box<3> body_bounds;
   std::vector<std::string> warnings;
 };

@@ -25,6 +25,7 @@ OptionValue fetch(const std::string& m) { return m; }
 OptionValue fetch(const Path& m) { return m.string(); }
 OptionValue fetch(const Plane& m) { return plane_text(m); }
 OptionValue fetch(const std::array<double, 4>& m) { return std::vector<double>(m.begin(), m.end()); }
+OptionValue fetch(const std::array<double, 3>& m) { return std::vector<double>(m.begin(), m.end()); }
 OptionValue fetch(const Box<3>& m) { return box_numbers(m); }
 OptionValue fetch(const std::vector<std::string>& m) { return m; }
 OptionValue fetch(const std::vector<SizedBox>& m) {
@@ -57,6 +58,10 @@ void assign(Plane& m, const OptionValue& v) { m = parse_plane(std::get<std::stri
 void assign(std::array<double, 4>& m, const OptionValue& v) {
   const auto& x = std::get<std::vector<double>>(v);
   m = {x[0], x[1], x[2], x[3]};
+}
+void assign(std::array<double, 3>& m, const OptionValue& v) {
+  const auto& x = std::get<std::vector<double>>(v);
+  m = {x[0], x[1], x[2]};
 }
 /// Of four or six numbers.
 Box<3> box_of(const std::vector<double>& x) {
@@ -386,11 +391,26 @@ void add_sizes(Options& o) {
 
 void add_domain(Options& o) {
   o.push_back(
-      bind(corners(real("domain", "box", "--domain", "m",
-                        "the body with 2 L before, 4 L behind it in x, and 2 L around it in y and z "
-                        "(L: longest extent)",
-                        "corners x0 y0 z0 x1 y1 z1 of the meshed box, in two dimensions x0 y0 x1 y1")),
+      bind(against(corners(real("domain", "box", "--domain", "m",
+                                "the body with 2 L before, 4 L behind it in x, and 2 L around it in y and z "
+                                "(L: longest extent)",
+                                "corners x0 y0 z0 x1 y1 z1 of the meshed box, in two dimensions x0 y0 x1 y1, "
+                                "or c RADIUS LENGTH HEIGHT, see --domain-c")),
+                   {"c", "border"}),
            [](Case& c) -> optional<Box<3>>& { return c.domain; }));
+  CaseOption c_shape = numbers(positive("domain", "c", "--domain-c", "m", "",
+                                        "in two dimensions: radius, length and height of a half disc left of "
+                                        "the origin and a rectangle right of it; the height is at most twice "
+                                        "the radius and cuts the disc"),
+                               3);
+  o.push_back(bind(against(std::move(c_shape), {"box", "border"}),
+                   [](Case& c) -> optional<std::array<double, 3>>& { return c.domain_c; }));
+  o.push_back(bind(against(typed(real("domain", "border", "--border", "", "",
+                                      "in two dimensions: a closed curve around the domain, .csv, .txt or "
+                                      ".dat, in the unit of the body"),
+                                 OptionType::kText),
+                           {"box", "c"}),
+                   [](Case& c) -> optional<Path>& { return c.border; }));
 }
 
 void add_level_set(Options& o) {
@@ -502,7 +522,7 @@ const std::vector<std::pair<std::string, std::string>>& case_tables() {
       {"body", "The body, immersed in the domain"},
       {"flow", "The boundary layer: from the flow, or given"},
       {"sizes", "Sizes of the elements"},
-      {"domain", "The box that is meshed"},
+      {"domain", "What is meshed: a box, in two dimensions also a C or any closed curve"},
       {"levelset", "The level set of a triangle surface"},
       {"mesh", "How the mesh is made"},
       {"output", "Files to write"},

@@ -445,7 +445,11 @@ void make_mesh(const Run& run) {
   const Box<D> domain = section<D>(r.sizes.domain);
 
   stages.stage("seed");
-  Mesh<D> mesh = make_seed<D>(domain, r.sizes.h1, r.c.seed);
+  Mesh<D> mesh;
+  if constexpr (D == 2)
+    mesh = r.border ? make_seed(*r.border) : make_seed<D>(domain, r.sizes.h1, r.c.seed);
+  else
+    mesh = make_seed<D>(domain, r.sizes.h1, r.c.seed);
   stages.done(fmt::format("{} cells", mesh.cells.size()));
 
   stages.stage("adapt");
@@ -457,7 +461,7 @@ void make_mesh(const Run& run) {
   stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
 
   stages.stage("check");
-  report.validation = require_valid<D>(mesh, domain);
+  report.validation = require_valid<D>(mesh, r.border ? std::nullopt : std::optional(domain));
   report.score = score<D>(mesh, vertex_metric);
   stages.done(fmt::format("valid, {:.1f} % unit edges, worst quality {:.3g}", 100.0 * report.score.unit_share,
                           report.score.quality_min));

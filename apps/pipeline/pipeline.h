@@ -50,7 +50,8 @@ std::unique_ptr<const AdaptMetric<D>> metric_family(const WallMetric& metric);
 /// Fills every default of the case that depends on the body (length, layers, boxes, sizes) and checks it.
 ResolvedCase resolve_case(const Case& c, const Body& body);
 
-/// The sizes of a case as the metric takes them. REQUIRES h2, h1, the domain and Box2.
+/// The sizes of a case as the metric takes them. REQUIRES h2, h1 and Box2; the domain
+/// is that of the case, empty when it has none.
 SizeOptions size_options(const Case& c);
 
 /// Smallest size that the metric of a resolved case has anywhere.

@@ -10,6 +10,8 @@
 #include "apps/pipeline/text.h"
 #include "core/error.h"
 #include "core/planar.h"
+#include "core/words.h"
+#include "vdb/outline.h"
 
 namespace lamina {
 namespace {
@@ -41,6 +43,11 @@ void check_dimension(const Case& c, bool planar) {
                                                planar ? "x0 y0 x1 y1" : "x0 y0 z0 x1 y1 z1"));
   };
   if (c.domain) check("--domain", *c.domain);
+  if (!planar && (c.domain_c || c.border))
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("{}: {} is a body in space, whose domain is a box: give --domain x0 y0 z0 x1 y1 z1",
+                    c.border ? "--border " + c.border->string() : "--domain c", c.body.string()));
   if (c.box2) check("--box2", *c.box2);
   if (c.box1) check("--box1", *c.box1);
   for (const SizedBox& b : c.boxes) check("--box " + b.name, b.box);
@@ -71,6 +78,57 @@ bool meet(const Box<3>& a, const Box<3>& b) { return (cut(a, b).size().array() >
 /// As meet(), for a body that may be flat in some direction.
 bool touches(const Box<3>& body, const Box<3>& domain) {
   return (body.hi.array() >= domain.lo.array()).all() && (body.lo.array() <= domain.hi.array()).all();
+}
+
+/// Of a plane domain that is no box.
+std::optional<DomainBorder> border_of(const Case& c) {
+  if (c.domain_c) return c_border((*c.domain_c)[0], (*c.domain_c)[1], (*c.domain_c)[2]);
+  if (!c.border) return {};
+  const std::string name = c.border->string();
+  Outline outline = read_outline(*c.border);
+  if (outline.curves.size() != 1 || !outline.curves[0].closed)
+    throw Error(
+        ErrorCode::kDomain,
+        fmt::format("{}: the border of the domain must be one closed curve: {} here{}", name,
+                    counted(static_cast<std::int64_t>(outline.curves.size()), "curve"),
+                    outline.curves.size() == 1 ? ", an open one; repeat its first point at its end" : ""));
+  for (Vec2& x : outline.curves[0].points) x *= unit_scale(c.unit);
+  clean(outline, name);
+  DomainBorder border;
+  border.points = std::move(outline.curves[0].points);
+  border.tags.assign(border.points.size(), 1);
+  border.names = {{1, "farfield"}};
+  require_simple(border, name);
+  return border;
+}
+
+bool holds(const DomainBorder& border, const Vec2& x) {
+  bool inside = false;
+  const std::vector<Vec2>& p = border.points;
+  for (std::size_t i = 0, j = p.size() - 1; i < p.size(); j = i++)
+    if ((p[i][1] > x[1]) != (p[j][1] > x[1]) &&
+        x[0] < p[i][0] + (p[j][0] - p[i][0]) * (x[1] - p[i][1]) / (p[j][1] - p[i][1]))
+      inside = !inside;
+  return inside;
+}
+
+void check_border(ResolvedCase& r) {
+  const Case& c = r.c;
+  const std::string shape = c.border ? c.border->string() : "--domain c";
+  if (std::find(c.walls.begin(), c.walls.end(), true) != c.walls.end())
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("--wall names a face of a box, and the domain has the border {}: leave one of them "
+                    "out, or make the wall a curve of the body",
+                    shape));
+  const Box<2> body = section<2>(r.body_bounds);
+  const bool inside = holds(*r.border, body.lo) && holds(*r.border, body.hi) &&
+                      holds(*r.border, {body.lo[0], body.hi[1]}) &&
+                      holds(*r.border, {body.hi[0], body.lo[1]});
+  if (!inside)
+    r.warnings.push_back(
+        fmt::format("the body ({}) may reach through the border of the domain: it is cut there",
+                    box_text(r.body_bounds)));
 }
 
 void check_domain(ResolvedCase& r, const WallField& wall, const std::string& name) {
@@ -149,7 +207,9 @@ void resolve_sizes(ResolvedCase& r, double extent) {
                     "--layers, a smaller --growth or a larger --h2 fit better",
                     r.layer.top_size(), *c.h2));
   if (!c.box1) c.box1 = r.sizes.domain;
+  const Box<3> domain = r.sizes.domain;
   r.sizes = size_options(c);
+  r.sizes.domain = domain;
 }
 
 void check_user_sizes(ResolvedCase& r, const Body& body) {
@@ -177,7 +237,7 @@ SizeOptions size_options(const Case& c) {
   SizeOptions sizes;
   sizes.h2 = c.h2.value();
   sizes.h1 = c.h1.value();
-  sizes.domain = c.domain.value();
+  if (c.domain) sizes.domain = *c.domain;  // else it has a border of its own
   sizes.box2 = c.box2.value();
   sizes.box1 = c.box1;
   sizes.profile = c.profile;
@@ -207,9 +267,17 @@ ResolvedCase resolve_case(const Case& given, const Body& body) {
   c.flow.delta = r.layer.delta;
   c.flow.layers = r.layer.layers;
   if (body.kind != BodyKind::kVdb) c.level_set.voxel = body.level_set.report().voxel;
-  r.sizes.domain = c.domain.value_or(default_domain(r.body_bounds, extent, body.planar()));
-  c.domain = r.sizes.domain;
+  r.border = border_of(c);
+  if (r.border) {
+    Box<2> around;
+    for (const Vec2& x : r.border->points) around.extend(x);
+    r.sizes.domain = endless(around.lo, around.hi);
+  } else {
+    r.sizes.domain = c.domain.value_or(default_domain(r.body_bounds, extent, body.planar()));
+    c.domain = r.sizes.domain;
+  }
   check_domain(r, body.level_set, given.body.string());
+  if (r.border) check_border(r);
   resolve_box2(r, extent);
   resolve_sizes(r, extent);
   check_user_sizes(r, body);

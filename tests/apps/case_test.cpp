@@ -105,7 +105,8 @@ TEST(Case, TheUnusualCaseIsUnusualThroughout) {
   // Guards the test above: an option that is left at its default there would not be tested.
   const Case c = unusual_case(), standard;
   for (const CaseOption& o : case_options()) {
-    if (o.key == "re" || o.key == "box2_margin") continue;  // contradict others that are set
+    const bool contradicts = o.key == "re" || o.key == "box2_margin" || o.key == "c" || o.key == "border";
+    if (contradicts) continue;  // others that are set
     EXPECT_NE(o.get(c), o.get(standard)) << o.table << "." << o.key;
   }
 }
@@ -117,6 +118,12 @@ TEST(Case, WhatContradictsOthersSurvivesAlone) {
   const Case back = parse_case(case_text(c), "c.toml");
   EXPECT_EQ(back.flow.reynolds, 4.25e6);
   EXPECT_EQ(*back.box2_margin, 0.1);
+  Case shape;
+  shape.domain_c = {50.0, 47.1, 96.6};
+  EXPECT_EQ(parse_case(case_text(shape), "c.toml").domain_c, shape.domain_c);
+  Case curve;
+  curve.border = "far field.csv";
+  EXPECT_EQ(parse_case(case_text(curve), "c.toml").border, curve.border);
 }
 
 TEST(Case, DefaultsSurviveToo) {

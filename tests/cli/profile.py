@@ -1,5 +1,6 @@
 """Two dimensions: the paper's cases through the program, judged by bounds in metric space that are requirements."""
 import json
+import math
 
 import support
 from support import ASSETS, BAD_INPUT, Case, lamina
@@ -39,6 +40,63 @@ class Profile(Case):
     def test_the_same_bits_for_every_thread_count(self):
         hashes = {self.run_case("square", "square.csv", "--threads", n)["mesh_hash"] for n in (1, 2, 3, 8)}
         self.assertEqual(len(hashes), 1)
+
+    def markers(self, *flags):
+        """Names of the borders of a mesh, with the points on each."""
+        self.run_ok("mesh", self.dir / "n.dat", "--hmin", 1e-2, "--layers", 4, *flags, "-o", self.dir / "n.su2")
+        points, found, rest = [], {}, 0
+        for line in (self.dir / "n.su2").read_text().splitlines():
+            words = line.split()
+            if line.startswith("NPOIN"):
+                rest, into = int(words[1]), None
+            elif line.startswith("MARKER_TAG"):
+                into = found.setdefault(words[1], [])
+            elif line.startswith("MARKER_ELEMS"):
+                rest = int(words[1])
+            elif line.startswith("N"):
+                rest = 0
+            elif rest > 0:
+                rest -= 1
+                if into is None:
+                    points.append((float(words[0]), float(words[1])))
+                else:
+                    into.extend(points[int(w)] for w in words[1:3])
+        return found
+
+    def test_domain_in_the_shape_of_a_c(self):
+        self.run_ok("sample", "naca0012", "-o", self.dir / "n.dat")
+        found = self.markers("--domain", "c", 5, 6, 8)
+        self.assertEqual(set(found), {"inlet", "outlet", "lower", "upper"})
+        for x, y in found["inlet"]:
+            self.assertLessEqual(math.hypot(x, y), 5 + 1e-12)
+            self.assertGreaterEqual(math.hypot(x, y), 5 * math.cos(math.asin(0.8) / 128) - 1e-12)
+        self.assertEqual({x for x, y in found["outlet"]}, {6.0})
+        self.assertEqual({y for x, y in found["lower"]}, {-4.0})
+        self.run_ok("plan", self.dir / "n.dat", "--domain-c", 5, 6, 8)
+
+    def test_domain_within_a_closed_curve(self):
+        self.run_ok("sample", "naca0012", "-o", self.dir / "n.dat")
+        circle = [(3 * math.cos(k * math.pi / 50), 3 * math.sin(k * math.pi / 50)) for k in range(100)]
+        (self.dir / "c.csv").write_text("".join(f"{x!r},{y!r}\n" for x, y in circle + circle[:1]))
+        found = self.markers("--border", self.dir / "c.csv")
+        self.assertEqual(set(found), {"farfield"})
+        for x, y in found["farfield"]:
+            self.assertLessEqual(math.hypot(x, y), 3 + 1e-12)
+            self.assertGreaterEqual(math.hypot(x, y), 3 * math.cos(math.pi / 100) - 1e-12)
+
+    def test_domains_that_are_none(self):
+        self.run_ok("sample", "naca0012", "-o", self.dir / "n.dat")
+        (self.dir / "open.csv").write_text("-4,-4\n4,-4\n4,4\n")
+        (self.dir / "crossed.csv").write_text("-4,-4\n4,4\n4,-4\n-4,5\n-4,-4\n")
+        for flags, words in ((("--domain", "c", 5, 6, 11), "at most twice the radius"),
+                             (("--domain", "c", 5, 6, 8, "--wall", "y-"), "leave one of them out"),
+                             (("--border", self.dir / "open.csv"), "an open one"),
+                             (("--border", self.dir / "crossed.csv"), "crosses itself"),
+                             (("--border", self.dir / "none.csv"), "none.csv")):
+            result = lamina("mesh", self.dir / "n.dat", *flags, "-o", self.dir / "x.vtu")
+            self.assert_one_error(result, BAD_INPUT, words)
+        result = lamina("mesh", self.sample("cube"), "--domain", "c", 5, 6, 8, "-o", self.dir / "x.vtu")
+        self.assert_one_error(result, BAD_INPUT, "body in space")
 
     def test_extruded_mesh_is_valid_in_space(self):
         self.run_ok("sample", "square", "-o", self.dir / "s.csv")
