@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/parallel.h"
+#include "tests/vdb/test_surfaces.h"
 #include "vdb/shapes.h"
 #include "vdb/surface_io.h"
 
@@ -209,6 +210,71 @@ TEST(Plan, ForetellsRealMeshes) {
     EXPECT_GT(made, 5000.0) << shape;
     EXPECT_NEAR(expected / made, 1.0, 0.15) << shape << ": " << expected << " expected, " << made << " made";
   }
+}
+
+/// The integral of sqrt(det M) over the domain by a point in each of n^3 cells.
+double plain_integral(const WallMetric& metric, int n) {
+  const Box<3>& box = metric.sizes().domain;
+  testing_surfaces::Dice dice(3);
+  double sum = 0.0;
+  for (int i = 0; i < n * n * n; ++i) {
+    const Vec3 cell(i % n, i / n % n, i / n / n);
+    const Vec3 at = (cell + dice.point(Vec3::Zero(), Vec3::Ones())) / n;
+    sum += metric.at(box.lo + at.cwiseProduct(box.size())).sqrt_det();
+  }
+  return sum * box.volume() / (n * n * n);
+}
+
+double predicted_over_plain(const Surface& surface) {
+  const LevelSet wall = LevelSet::from_surface(surface, {});
+  SizeOptions s = sizes();
+  s.box2 = s.domain = {Vec3::Constant(-0.4), Vec3::Constant(0.4)};
+  s.h1 = s.h2;
+  const WallMetric metric(wall, layer(4e-3, 8), s);
+  return predict(metric, nullptr, kFineLeaves).complexity / plain_integral(metric, 90);
+}
+
+TEST(Plan, IsUnbiasedWhereEdgesOfBothKindsMeet) {
+  Surface star = testing_surfaces::sphere(0.3, 2);
+  testing_surfaces::Dice dice(5);
+  for (Vec3& p : star.points) p *= dice.uniform(0.5, 1.0);
+  EXPECT_NEAR(predicted_over_plain(star), 1.0, 0.05);
+}
+
+/// The z axis as an edge that does not count as one standing out: a rim seen from inside the body, the
+/// meeting of more than two facets.
+class Wire : public WallField {
+ public:
+  [[nodiscard]] WallPoint at(const Vec3& x) const override {
+    WallPoint p;
+    p.phi = phi(x);
+    p.closest = {0.0, 0.0, x[2]};
+    p.N = p.phi > 0.0 ? Vec3((x - p.closest) / p.phi) : Vec3::UnitX();
+    p.T1 = Vec3::UnitZ().cross(p.N);
+    p.T2 = Vec3::UnitZ();
+    p.edge_distance = 0.0;
+    p.edge_direction = Vec3::UnitZ();
+    p.edge_angle = 1.0;
+    return p;
+  }
+  [[nodiscard]] double phi(const Vec3& x) const override { return std::hypot(x[0], x[1]); }
+  int others(const Vec3&, const WallPoint&, double, std::span<WallPoint>) const override { return 0; }
+  [[nodiscard]] Box<3> bounds() const override { return {Vec3(-0.01, -0.01, -2), Vec3(0.01, 0.01, 2)}; }
+};
+
+TEST(Plan, RaysFanOutFromEdgesThatDoNotStandOut) {
+  const Wire wire;
+  SizeOptions options = sizes();
+  options.box2 = options.domain;
+  const WallMetric metric(wire, layer(1e-4, 10), options);
+  const double top = metric.layer().top();
+  double exact = 0.0;
+  constexpr int kSteps = 100000;
+  for (int i = 0; i < kSteps; ++i) {
+    const double r = (i + 0.5) / kSteps * top;
+    exact += 4.0 * 2.0 * M_PI * r * metric.at(Vec3(r, 0, 0)).sqrt_det() * top / kSteps;
+  }
+  EXPECT_NEAR(predict(metric).region_complexity[1] / exact, 1.0, 0.15);
 }
 
 // Where the leaves lie against the body changes nothing: no sample beside a corner weighs too much.
