@@ -99,8 +99,8 @@ struct AdaptSummary {
 };
 
 /// Adapts `mesh` in place. The boundary of the domain is kept: facets of one tag between ridges are a piece.
-/// Flat pieces stay flat, ridges and corners stay. Vertices of curved pieces lie on the input's facets or
-/// between two of their own that do, and new facets within `hausdorff` of the input's. REQUIRES a valid mesh
+/// Flat pieces stay flat, ridges and corners stay. Vertices of curved pieces lie on the input's facets,
+/// and new facets within `hausdorff` of them, at points sampled (mesh/README.md). REQUIRES a valid mesh
 /// (mesh/validate.h); boundary facets may be missing from the list. Of the input's tags those of boundary
 /// facets and one that all cells share are kept, with names, fields are not.
 /// GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits for every
