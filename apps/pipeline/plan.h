@@ -24,8 +24,8 @@ inline constexpr double kTrianglesPerComplexity = 2.4;
 
 /// Seconds of one core (2 GHz of 2020) and bytes that a cell takes, measured on meshes of 0.2 to 8 million
 /// cells.
-inline constexpr double kSecondsPerCell = 1.4e-4;
-inline constexpr double kBytesPerCell = 115.0, kBytesAtLeast = 6e7;
+inline constexpr double kSecondsPerCell = 1.1e-4;
+inline constexpr double kBytesPerCell = 100.0, kBytesAtLeast = 1.4e8;
 
 /// What makes a place costly.
 enum class Cause { kFlatWall, kCurvature, kBend, kSharpEdge, kCurvedEdge, kCorner, kOtherWall };
