@@ -56,17 +56,20 @@ double closest_weights(const std::array<Vec<D>, D + 1>& corners, const std::vect
   return best;
 }
 
-/// Weights of x in a cell that holds it, from its edges' cofactors; false where it is outside or too flat to
-/// tell.
+/// Weights of x in a cell that holds it, up to rounding: between two cells, or on the border, x may be found
+/// just outside of all. False where it is outside.
 template <int D>
 bool inner_weights(const std::array<Vec<D>, D + 1>& corners, const Vec<D>& x,
                    std::array<double, D + 1>& weights) {
+  constexpr double kRounding = 1e-10;
   Mat<D> edges;
   for (int k = 0; k < D; ++k) edges.col(k) = corners[static_cast<std::size_t>(k + 1)] - corners[0];
   const Vec<D> b = edges.inverse() * (x - corners[0]);
   weights[0] = 1.0 - b.sum();
   for (int k = 0; k < D; ++k) weights[static_cast<std::size_t>(k + 1)] = b[k];
-  return std::all_of(weights.begin(), weights.end(), [](double w) { return w >= 0.0; });
+  if (!std::all_of(weights.begin(), weights.end(), [](double w) { return w >= -kRounding; })) return false;
+  for (double& w : weights) w = std::max(w, 0.0);
+  return true;
 }
 
 }  // namespace

@@ -15,7 +15,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "mesh/score.h"
-#include "mesh/topology/incidence.h"
+#include "mesh/topology/neighbours.h"
 
 namespace lamina {
 namespace {
@@ -30,15 +30,13 @@ constexpr std::size_t kFewest = D == 2 ? 6 : 12;
 constexpr int kMostRings = 4;
 
 /// Grows by one ring of neighbours, ascending; `patch` does not hold the vertex itself.
-template <int D>
-void grow(const Mesh<D>& mesh, const Incidence& cells, Index center, std::vector<Index>& patch) {
+void grow(const Neighbours& around, Index center, std::vector<Index>& patch) {
   std::vector<Index> grown = patch;
   const auto take = [&](Index v) {
-    for (const Index c : cells.of(static_cast<std::size_t>(v)))
-      for (const Index w : mesh.cells[static_cast<std::size_t>(c)])
-        if (w != center) grown.push_back(w);
+    for (const Index w : around.of(static_cast<std::size_t>(v)))
+      if (w != center) grown.push_back(w);
   };
-  take(center);
+  if (patch.empty()) take(center);
   for (const Index v : patch) take(v);
   std::sort(grown.begin(), grown.end());
   grown.erase(std::unique(grown.begin(), grown.end()), grown.end());
@@ -98,15 +96,15 @@ Derivatives<D> fit(const std::vector<Vec<D>>& offsets, const std::vector<double>
 }
 
 template <int D>
-Derivatives<D> derivatives_at(const Mesh<D>& mesh, const Incidence& cells, const std::vector<double>& values,
-                              Index v) {
+Derivatives<D> derivatives_at(const Mesh<D>& mesh, const Neighbours& around,
+                              const std::vector<double>& values, Index v) {
   std::vector<Index> patch;
   std::vector<Vec<D>> offsets;
   std::vector<double> rises;
   Derivatives<D> found;
   for (int ring = 1; ring <= kMostRings; ++ring) {
     const std::size_t before = patch.size();
-    grow<D>(mesh, cells, v, patch);
+    grow(around, v, patch);
     if (patch.size() == before) break;
     if (patch.size() < kFewest<D> && ring < kMostRings) continue;
     offsets.clear();
@@ -145,13 +143,13 @@ std::vector<Sym<D>> recover_hessian(const Mesh<D>& mesh, const std::vector<doubl
     throw Error(ErrorCode::kParameter,
                 fmt::format("the value of point {} (counted from 0) is {}: it must be finite",
                             bad - values.begin(), *bad));
-  const Incidence cells = incidence(mesh.points.size(), mesh.cells);
+  const Neighbours around = neighbours(mesh);
   std::vector<Sym<D>> hessian(values.size());
   if (gradient != nullptr) gradient->resize(values.size());
   for_each_index(
       values.size(),
       [&](std::size_t v) {
-        const Derivatives<D> found = derivatives_at<D>(mesh, cells, values, static_cast<Index>(v));
+        const Derivatives<D> found = derivatives_at<D>(mesh, around, values, static_cast<Index>(v));
         hessian[v] = found.hessian;
         if (gradient != nullptr) (*gradient)[v] = found.gradient;
       },

@@ -13,6 +13,7 @@
 #include "apps/pipeline/wall_judge.h"
 #include "core/analytic_metric.h"
 #include "core/error.h"
+#include "core/file.h"
 #include "core/parallel.h"
 #include "mesh/background.h"
 #include "mesh/io.h"
@@ -97,10 +98,18 @@ Judge<D> find_judge(const State& state, std::size_t number, const Mesh<D>& mesh)
     evaluate<D>(mesh, judge);
   } else if (!metric.empty()) {
     judge.origin = metric;
-    judge.metric = read_metric<D>(metric);
-    if (judge.metric.size() != n)
-      throw Error(ErrorCode::kParameter, fmt::format("{}: holds {} tensors, but {} has {} points", metric,
-                                                     judge.metric.size(), name, n));
+    const std::string extension = lower_extension(metric);
+    if (extension == ".sol" || extension == ".solb") {
+      judge.metric = read_metric<D>(metric);
+      if (judge.metric.size() != n)
+        throw Error(ErrorCode::kParameter, fmt::format("{}: holds {} tensors, but {} has {} points", metric,
+                                                       judge.metric.size(), name, n));
+    } else {
+      const BackgroundMetric<D> background = BackgroundMetric<D>::read(metric);
+      judge.metric.resize(n);
+      for_each_index(
+          n, [&](std::size_t i) { judge.metric[i] = background.at(mesh.points[i]); }, 256);
+    }
   } else if (auto field = metric_field<D>(mesh, name)) {
     judge.origin = "field \"metric\" of the mesh";
     judge.metric = std::move(*field);
@@ -287,10 +296,10 @@ void add_score(CLI::App& root, Commands& commands) {
   auto state = std::make_shared<State>();
   app->add_option("MESH", state->meshes, readable_mesh_suffixes())->required()->expected(1, 2);
   app->add_flag("--compare", state->compare, "two meshes side by side; --metric may be given for each");
-  auto* file = app->add_option(
-      "--metric", state->metrics,
-      "metric at the vertices, .sol or .solb (default: the point field \"metric\" of the mesh, of a .mesh or "
-      ".meshb the tensor in the .solb or .sol beside it)");
+  auto* file = app->add_option("--metric", state->metrics,
+                               "metric at the vertices, .sol or .solb, or another mesh with its metric, "
+                               "interpolated (default: the point field \"metric\" of the mesh, of a .mesh or "
+                               ".meshb the tensor in the .solb or .sol beside it)");
   file->type_size(1)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   file->type_name("FILE");
   app->add_option("--analytic", state->analytic, "metric given by a formula; lamina adapt --help lists them")

@@ -198,14 +198,17 @@ bool takes_solution(const fs::path& mesh) { return mesh_format(mesh)->solution; 
 template <int D>
 void write_results(const Adaptation& a, Mesh<D>& mesh, const std::vector<Metric<D>>& metric,
                    const std::vector<MeshField>& carried, OutputSet& outputs, Progress& progress) {
-  mesh.cell_fields = {quality_field<D>(mesh, metric)};
+  const MeshField quality = quality_field<D>(mesh, metric);
   for (const fs::path& path : a.outputs) {
     MeshWriteOptions options;
     mesh.point_fields = carried;
-    if (!takes_solution(path))
+    mesh.cell_fields.clear();
+    if (!takes_solution(path)) {
       mesh.point_fields.push_back(tensor_field<D>(metric));
-    else if (!carried.empty())
+      mesh.cell_fields = {quality};
+    } else if (!carried.empty()) {
       options.solution = fields_path(a, path);
+    }
     const std::vector<std::string> lost = write_mesh<D>(outputs.files(), path, mesh, options);
     if (!carried.empty() && !lost.empty())
       progress.warn(fmt::format("{} cannot hold {}: dropped", path.string(), join(lost)));
@@ -233,7 +236,11 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
   if (!kept.empty() || WantedMetric<D>::needs_input(a)) input = std::make_shared<const Carrier<D>>(mesh);
   WantedMetric<D> wanted(a, input, mesh, stages);
   if (wanted.wall() != nullptr) report.wall_layer = wanted.wall()->layer();
+  for (const MeshField& f : mesh.cell_fields)
+    if (f.name != "quality")
+      stages.warn(fmt::format("{}: its cell field {} is dropped: those of points go along", name, f.name));
   mesh.point_fields.clear();
+  mesh.cell_fields.clear();
   make_ready<D>(mesh, name, stages);
   stages.done(fmt::format("smallest size {:.4g}", wanted.smallest()));
 

@@ -168,6 +168,11 @@ class Posteriori(Case):
             score = json.loads(self.run_ok("score", self.dir / "b.vtu", "--json"))["score"]
             self.assertAlmostEqual(score["complexity"], 400, delta=1)
             self.assertGreater(score["unit_share"], 0.95)
+            # In the one metric alone, given by a mesh: half of it.
+            write_sol(self.dir / "a.sol", 2, thin["x"])
+            alone = json.loads(self.run_ok("score", self.dir / "b.vtu", "--metric", self.dir / "a.mesh", "--json"))
+            self.assertAlmostEqual(alone["score"]["complexity"], 100, delta=1)
+            (self.dir / "a.sol").unlink()
             self.adapt(self.dir / "a.mesh", "--metric", self.dir / "x.sol", "--intersect", self.dir / other,
                        "--complexity", 1600, "-o", self.dir / "b.vtu")
             score = json.loads(self.run_ok("score", self.dir / "b.vtu", "--json"))["score"]
