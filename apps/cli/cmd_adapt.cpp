@@ -79,7 +79,7 @@ void add_metric_options(CLI::App& app, State& s) {
   app.add_option(
          "--gradation", a.gradation,
          "largest ratio of sizes per element, above 1 and at most 4; 0: no bound. A formula is bounded on "
-         "meshes adapted to it (default: 0)")
+         "meshes adapted to it; --lp-hessian in space wants 2 (default: 0)")
       ->type_name("X")
       ->group(group);
   app.add_option("--complexity", a.complexity,
