@@ -92,7 +92,8 @@ TEST(Resolve, EverythingIsWrittenOut) {
   for (const CaseOption& o : case_options()) {
     if (o.table != "flow" && o.table != "sizes" && o.table != "domain") continue;
     EXPECT_EQ(o.get(r.c).has_value(), o.key != "re" && o.key != "box2_margin" && o.key != "boxes" &&
-                                          o.key != "metric" && o.key != "walls" && o.key != "target_cells")
+                                          o.key != "metric" && o.key != "walls" && o.key != "target_cells" &&
+                                          o.key != "c" && o.key != "border")
         << o.table << "." << o.key;
   }
   EXPECT_GT(r.c.level_set.voxel, 0.0);
