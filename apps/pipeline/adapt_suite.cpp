@@ -7,6 +7,7 @@
 #include "apps/pipeline/detail/adapted.h"
 #include "apps/pipeline/detail/json.h"
 #include "apps/pipeline/detail/metric_family.h"
+#include "apps/pipeline/pipeline.h"
 #include "apps/pipeline/report.h"
 #include "apps/pipeline/stages.h"
 #include "apps/pipeline/text.h"
@@ -14,6 +15,7 @@
 #include "core/parallel.h"
 #include "mesh/io.h"
 #include "mesh/seed.h"
+#include "vdb/shapes.h"
 
 namespace lamina {
 namespace {
@@ -30,34 +32,76 @@ Mesh<D> start_mesh(const SuiteCase& c, const AnalyticMetric<D>& metric, const st
   return std::move(*mesh);
 }
 
+// Adapts the start mesh and fills in everything but the case. `before` are the user seconds at its begin.
 template <int D>
-SuiteRow run(const SuiteCase& c, const std::filesystem::path& data, StageRecorder& stages) {
+SuiteRow run(Mesh<D> mesh, const AdaptMetric<D>& family, const AdaptOptions& options, const Box<D>& domain,
+             double before, StageRecorder& stages) {
   SuiteRow row;
-  row.wanted = c;
-  const auto formula = make_analytic_metric<D>(c.metric());
-  Mesh<D> mesh = start_mesh<D>(c, *formula, data);
   row.start_cells = static_cast<std::int64_t>(mesh.cells.size());
-  AdaptOptions options;
-  options.end_size = formula->smallest();
-  if (c.aligned()) options.align = Align::kLayers;
   std::vector<Metric<D>> metric;
-  stages.stage(c.name);
-  const double before = user_seconds();
-  const AnalyticFamily<D> family(*formula);
   adapt<D>(mesh, family, metric, options, &stages);
   row.user_seconds = user_seconds() - before;
   stages.done(fmt::format("{} cells", mesh.cells.size()));
   row.wall_seconds = stages.costs().back().wall_seconds;
   row.peak_bytes = stages.costs().back().peak_bytes;
-  require_valid<D>(mesh, formula->domain());
+  require_valid<D>(mesh, domain);
   const Score s = score<D>(mesh, metric);
   row.cells = s.cells;
   row.points = s.points;
   row.unit_share = s.unit_share;
   row.quality_min = s.quality_min;
   row.quality_mean = s.quality_mean;
-  if (c.aligned()) row.layers = score_layers<D>(mesh, metric, family, wall_distances<D>(mesh, family));
+  if (options.align == Align::kLayers)
+    row.layers = score_layers<D>(mesh, metric, family, wall_distances<D>(mesh, family));
   return row;
+}
+
+template <int D>
+SuiteRow run_analytic(const SuiteCase& c, const std::filesystem::path& data, StageRecorder& stages) {
+  const auto formula = make_analytic_metric<D>(c.metric());
+  AdaptOptions options;
+  options.end_size = formula->smallest();
+  if (c.aligned()) options.align = Align::kLayers;
+  Mesh<D> mesh = start_mesh<D>(c, *formula, data);
+  stages.stage(c.name);
+  return run<D>(std::move(mesh), AnalyticFamily<D>(*formula), options, formula->domain(), user_seconds(),
+                stages);
+}
+
+SuiteRow run_body(const SuiteCase& c, StageRecorder& stages) {
+  stages.stage(c.name);
+  const double before = user_seconds();
+  Case settings = c.body->settings;
+  settings.align = c.aligned() ? Align::kLayers : Align::kAnywhere;
+  const Body body = surface_body(settings, make_shape(c.body->shape, {}), c.body->shape, &stages);
+  const ResolvedCase r = resolve_case(settings, body);
+  const WallMetric metric = wall_metric(body, r);
+  return run<3>(make_seed<3>(r.sizes.domain, r.sizes.h1, r.c.seed), *metric_family<3>(metric),
+                adapt_options(r, body), r.sizes.domain, before, stages);
+}
+
+// The cube of the analytic metric of that name, whose sizes jump at its edges. Here corners and gradation
+// follow Lamina's rules.
+SuiteBody cube() {
+  Case c;
+  c.flow.h_min = 2e-4;
+  c.h2 = c.h1 = 0.1;
+  c.profile = Profile::kContinuous;
+  c.domain = Box<3>{Vec3::Constant(-0.5), Vec3::Constant(0.5)};
+  return {"cube", c};
+}
+
+// The Ahmed body at the settings of [Billon2016], section 5.
+SuiteBody ahmed() {
+  Case c;
+  c.flow.reynolds = 4.25e6;
+  c.flow.length = 1.0;
+  c.flow.y_plus = 5.0;
+  c.flow.layers = 27;
+  c.h2 = 0.1;
+  c.h1 = 0.5;
+  c.domain = Box<3>{Vec3(-2.0, -1.0, 0.0), Vec3(8.0, 1.0, 1.5)};
+  return {"ahmed", c};
 }
 
 }  // namespace
@@ -67,7 +111,7 @@ const std::vector<SuiteCase>& adapt_suite() {
   static const std::vector<SuiteCase> cases = {
       {"tilted-plane", 0.99, 0.30, 0.90, 6.0, unit_cube},
       {"tilted-plane:hmin=1e-5", 0.985, 0.28, 0.88, 9.0, unit_cube},
-      {"cube", 0.96, 0.15, 0.85, 25.0, unit_cube},
+      {"cube", 0.96, 0.15, 0.85, 25.0, "", false, cube()},
       {"sphere", 0.98, 0.25, 0.86, 15.0, unit_cube},
       {"plane-bl", 0.994, 0.40, 0.905, 15.0, "init-plane-bl.meshb"},
       {"cube-linear", 0.995, 0.45, 0.90, 2.5, "init-cube-linear.meshb"},
@@ -75,6 +119,8 @@ const std::vector<SuiteCase>& adapt_suite() {
       {"sphere-bl-mild", 0.98, 0.25, 0.86, 45.0, "init-sphere-bl.meshb", true},
       {"plane-bl/layers", 0.97, 0.20, 0.78, 18.0, "init-plane-bl.meshb"},
       {"sphere-bl-mild/layers", 0.97, 0.20, 0.78, 54.0, "init-sphere-bl.meshb", true},
+      {"ahmed", 0.97, 0.10, 0.0, 100.0, "", true, ahmed()},
+      {"ahmed/layers", 0.97, 0.20, 0.78, 120.0, "", true, ahmed()},
       {"circle-bl", 0.998, 0.40, 0.96, 0.8, "init-circle-bl.meshb"},
   };
   return cases;
@@ -111,7 +157,10 @@ SuiteRow run_suite_case(const SuiteCase& c, const std::filesystem::path& data, i
                         Progress* progress) {
   const ThreadLimit limit(threads);
   StageRecorder stages(progress);
-  SuiteRow row = analytic_dimension(c.metric()) == 2 ? run<2>(c, data, stages) : run<3>(c, data, stages);
+  SuiteRow row = c.body                                ? run_body(c, stages)
+                 : analytic_dimension(c.metric()) == 2 ? run_analytic<2>(c, data, stages)
+                                                       : run_analytic<3>(c, data, stages);
+  row.wanted = c;
   row.threads = threads > 0 ? threads : hardware_threads();
   return row;
 }

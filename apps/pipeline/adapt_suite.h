@@ -6,18 +6,28 @@
 #include <string>
 #include <vector>
 
+#include "apps/pipeline/case.h"
 #include "core/progress.h"
 #include "mesh/layer_score.h"
 
 namespace lamina {
 
+/// A body of make_shape() under Lamina's own wall metric.
+struct SuiteBody {
+  std::string shape;
+  Case settings;
+};
+
 struct SuiteCase {
-  std::string name;  ///< the analytic metric, see core/analytic_metric.h; "/layers" behind it: aligned
+  /// The analytic metric, see core/analytic_metric.h, or a name of its own for a body; "/layers" behind it:
+  /// aligned.
+  std::string name;
   /// Targets: at least this share of unit edges, worst and mean quality, in at most these user seconds of
-  /// adapt() on one thread.
+  /// adapt() on one thread, of a body from its surface on.
   double unit_share = 0.0, quality_min = 0.0, quality_mean = 0.0, seconds = 0.0;
   std::string start;   ///< file of the start mesh in a folder of data
   bool large = false;  ///< takes minutes
+  std::optional<SuiteBody> body = std::nullopt;
 
   [[nodiscard]] std::string metric() const { return name.substr(0, name.find('/')); }
   [[nodiscard]] bool aligned() const { return name.find('/') != std::string::npos; }

@@ -186,15 +186,6 @@ void check_count(double cells) {
                     cells, kMost));
 }
 
-AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
-  AdaptOptions options;
-  options.quality_floor = r.c.quality_floor;
-  options.align = r.c.align;
-  options.start_size = 2.0 * r.sizes.h1;  // given: a seed may be unit and yet know nothing of a small body
-  options.end_size = smallest_size(r, body);
-  return options;
-}
-
 /// What the run goes on from, or nothing. A fresh run gets its folder ready.
 std::string open_checkpoints(const Case& c) {
   if (!c.checkpoint) return {};
@@ -314,18 +305,9 @@ Body load_surface(const Case& c, double scale, Progress* progress) {
   Surface surface = read_surface(c.body, warnings);
   if (scale != 1.0)
     for (Vec3& x : surface.points) x *= scale;
-  SurfaceReport report = clean(surface, c.body.string());
-  report.warnings.insert(report.warnings.begin(), warnings.begin(), warnings.end());
-  if (c.slice) {
-    Body body = profile_body(c, slice(surface, c.slice->axis, c.slice->offset, c.body.string()));
-    body.surface = std::move(report);
-    return body;
-  }
-  std::vector<Vec3> centers = facet_centers(surface);
-  return {.level_set = LevelSet::from_surface(std::move(surface), c.level_set, progress),
-          .kind = BodyKind::kSurface,
-          .surface = std::move(report),
-          .facet_centers = std::move(centers)};
+  Body body = surface_body(c, std::move(surface), c.body.string(), progress);
+  body.surface.warnings.insert(body.surface.warnings.begin(), warnings.begin(), warnings.end());
+  return body;
 }
 
 Body load_profile(const Case& c, double scale) {
@@ -389,6 +371,20 @@ Body load_body(const Case& c, Progress* progress) {
   return body;
 }
 
+Body surface_body(const Case& c, Surface surface, const std::string& name, Progress* progress) {
+  SurfaceReport report = clean(surface, name);
+  if (c.slice) {
+    Body body = profile_body(c, slice(surface, c.slice->axis, c.slice->offset, name));
+    body.surface = std::move(report);
+    return body;
+  }
+  std::vector<Vec3> centers = facet_centers(surface);
+  return {.level_set = LevelSet::from_surface(std::move(surface), c.level_set, progress),
+          .kind = BodyKind::kSurface,
+          .surface = std::move(report),
+          .facet_centers = std::move(centers)};
+}
+
 WallMetric wall_metric(const Body& body, const ResolvedCase& r) {
   std::vector<const SizeField*> painted;
   for (const SizeGrid& p : body.painted) painted.push_back(&p);
@@ -401,6 +397,15 @@ double smallest_size(const ResolvedCase& r, const Body& body) {
   for (const SizedBox& b : r.sizes.boxes) least = std::min(least, b.size);
   if (body.user) least = std::min(least, body.user->smallest);
   return least;
+}
+
+AdaptOptions adapt_options(const ResolvedCase& r, const Body& body) {
+  AdaptOptions options;
+  options.quality_floor = r.c.quality_floor;
+  options.align = r.c.align;
+  options.start_size = 2.0 * r.sizes.h1;  // given: a seed may be unit and yet know nothing of a small body
+  options.end_size = smallest_size(r, body);
+  return options;
 }
 
 std::string size_text(const Body& body) {

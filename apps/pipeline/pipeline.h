@@ -39,6 +39,9 @@ struct Body {
 /// Reads .stl/.obj/.ply/.vdb or a profile, applies the unit, cleans, builds the level set.
 Body load_body(const Case& c, Progress* progress);
 
+/// The same for the surface of a closed body, in metres; `name` stands for its file in messages.
+Body surface_body(const Case& c, Surface surface, const std::string& name, Progress* progress);
+
 /// Metric of a resolved case. REQUIRES body to outlive it.
 WallMetric wall_metric(const Body& body, const ResolvedCase& r);
 
@@ -56,6 +59,9 @@ SizeOptions size_options(const Case& c);
 
 /// Smallest size that the metric of a resolved case has anywhere.
 double smallest_size(const ResolvedCase& r, const Body& body);
+
+/// How the optimizer goes about a case.
+AdaptOptions adapt_options(const ResolvedCase& r, const Body& body);
 
 /// "120 voxels", or of a profile "64 points of 1 curve".
 std::string size_text(const Body& body);
