@@ -41,8 +41,8 @@ void add_stats(std::vector<OperatorStats>& total, const std::array<OperatorStats
 
 // The sweeps of one visit. Polishing looks for gains among good cells too: at the wanted metric two such
 // passes gain more than six plain ones.
-constexpr std::array kSweeps = {kCollapse, kSplit,    kSplit, kSplit,  kSwap,
-                                kSmooth,   kCollapse, kSwap,  kSmooth, kRepair};
+constexpr std::array kSweeps = {kCollapse, kSplit, kSplit,  kSplit, kSwap,   kSmooth,
+                                kCollapse, kSwap,  kSmooth, kSwap,  kSmooth, kRepair};
 constexpr std::size_t kPlainSweeps = 6;
 
 // Time counts sweeps: pass p begins at p kSweeps.
@@ -76,7 +76,12 @@ void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, co
   rules.align = options.align == Align::kLayers;
   if (sweeps.size() > kPlainSweeps) {
     rules.swap_below = D == 2 ? 0.95 : 0.8;
-    if (D == 2) rules.long_edge = 1.3;
+    if (D == 2) {
+      rules.long_edge = 1.25;
+      rules.least_swap = 0.0003;
+      rules.least_move = 0.0002;
+      rules.relaxation = 1.6;
+    }
   }
   if (rules.align) rules.swap_below -= 0.05;  // a right column has a mean quality of .83
   const std::size_t blocks = block_count(cells.empty() ? mesh.cells.size() : cells.size(), cells_per_block);
@@ -171,7 +176,8 @@ AdaptStep run_step(AdaptState<D>& state, const AdaptMetric<D>& field, const Adap
   // Polishing looks at what the plain passes left alone.
   if (last) std::fill(mesh.changed.begin(), mesh.changed.end(), begin_of(state.pass));
   const int passes = last ? options.final_passes : options.passes_per_step;
-  constexpr double kWorthwhile = 0.0025;  // share of the edges that a final pass should make unit
+  constexpr double kWorthwhile =
+      D == 2 ? 0.0003 : 0.005;  // share of the edges that a final pass should make unit
   double gain = 1.0;
   double share = 0.0;
   for (int i = 0; i < passes && gain > kWorthwhile; ++i) {

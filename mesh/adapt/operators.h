@@ -18,6 +18,9 @@ struct Rules {
   double shortest_new = 0.5;     ///< no split makes an edge shorter than this
   double longest_new = 1.6;      ///< no collapse or swap makes an edge longer than this
   double swap_below = 0.75;      ///< cells below this quality are candidates of swaps
+  double least_swap = 0.003;     ///< share of its energies that a swap takes off; less would go on for ever
+  double least_move = 0.0003;    ///< the same of a move
+  double relaxation = 1.3;       ///< of the Newton step of a vertex
   double repair_below = 0.45;    ///< and below this one of repairs
   bool align = false;            ///< place vertices on the levels of the metric
   double aligned_floor = 0.2;    ///< moves onto a level keep to this floor where `floor` is lower

@@ -4,7 +4,8 @@
 // the energies; the metrics of the cells are held while the step is made. In the metric of the vertex the
 // Hessian is well conditioned at any aspect ratio. Against steps to the weighted mean of the ideal apexes of
 // the cells it lifts the worst quality from .39 to .62 and the mean by .005 on a tilted plane, at no more
-// cost.
+// cost. Steps are over-relaxed: neighbours follow each other, so that the step that is best while they stand
+// still is short of where the vertex goes. 1.3 lifts the mean by .002 to .003 in the time of 1.
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -14,8 +15,7 @@
 namespace lamina::adapt_detail {
 namespace {
 
-constexpr double kWorthwhile = 0.0003;  // share of the energies; smaller gains would go on for ever
-constexpr double kLongestStep = 0.5;    // metric length
+constexpr double kLongestStep = 0.5;  // metric length
 
 double raised(double energy, int power) {
   double result = energy;
@@ -146,9 +146,9 @@ template <int D>
 bool Operators<D>::align(Index a, const Rules& rules, const NewtonStep& newton) {
   const Vertex old = mesh_.vertices[a];
   const bool aligned = old.level != kNoLevel;
-  if (aligned && newton.gain <= kWorthwhile * newton.energy) return true;
+  if (aligned && newton.gain <= rules.least_move * newton.energy) return true;
   constexpr double kPrice = 2.0;  // of a level, in energy of the ball
-  const double limit = aligned ? (1.0 - kWorthwhile) * newton.energy : kPrice * newton.energy;
+  const double limit = aligned ? (1.0 - rules.least_move) * newton.energy : kPrice * newton.energy;
   const double worst =
       std::min(std::max(energy_of<D>(std::max(rules.floor, rules.aligned_floor)), cavity_.worst_energy()),
                kSignIsSafe);
@@ -174,11 +174,11 @@ bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
   cavity_.set_ball(a);
   const NewtonStep newton = newton_step(a, power);
   if (rules.align && power == 1 && align(a, rules, newton)) return true;
-  const double limit = (1.0 - kWorthwhile) * newton.energy;
-  if (!(newton.gain > kWorthwhile * newton.energy)) return false;
+  const double limit = (1.0 - rules.least_move) * newton.energy;
+  if (!(newton.gain > rules.least_move * newton.energy)) return false;
   const double worst = std::min(std::max(energy_of<D>(rules.floor), cavity_.worst_energy()), kSignIsSafe);
   constexpr int kBackoffs = 3;
-  double fraction = 1.0;
+  double fraction = rules.relaxation;
   for (int k = 0; k < kBackoffs; ++k, fraction *= 0.5) {
     Vertex p = old;
     p.level = kNoLevel;

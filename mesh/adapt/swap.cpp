@@ -130,8 +130,7 @@ bool Operators<D>::swap_around(Index c, const Rules& rules) {
     if (!set(move)) continue;
     const double worst = std::max(ceiling, cell.energy);
     const double excess = cavity_.excess();
-    // Smaller gains would keep the whole mesh moving for ever.
-    const double least_gain = 0.003 * (excess + static_cast<double>(cavity_.cells().size()));
+    const double least_gain = rules.least_swap * (excess + static_cast<double>(cavity_.cells().size()));
     list_apexes(cell.v, move, neighbors_);
     list_facets(cell.v, move);
     for (const Index v : neighbors_) {
