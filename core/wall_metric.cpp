@@ -87,6 +87,11 @@ void check(const BoundaryLayer& layer, const SizeOptions& s, const Box<3>& body)
 
 }  // namespace
 
+DomainFace domain_face(const Box<3>& domain, std::size_t face) {
+  const int axis = static_cast<int>(face / 2);
+  return face % 2 == 0 ? DomainFace{axis, domain.lo[axis], 1.0} : DomainFace{axis, domain.hi[axis], -1.0};
+}
+
 WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const SizeOptions& sizes,
                        std::vector<const SizeField*> painted, const MetricField<3>* user)
     : wall_(&wall),
@@ -104,8 +109,8 @@ WallMetric::WallMetric(const WallField& wall, const BoundaryLayer& layer, const 
     constexpr double kFarAway = 1e100;
     if (!sizes_.walls[face]) continue;
     has_walls_ = true;
-    const int axis = static_cast<int>(face / 2);
-    (face % 2 == 0 ? box1_.lo : box1_.hi)[axis] = face % 2 == 0 ? -kFarAway : kFarAway;
+    const DomainFace f = domain_face(sizes_.domain, face);
+    (f.inward > 0.0 ? box1_.lo : box1_.hi)[f.axis] = -f.inward * kFarAway;
   }
 }
 
@@ -146,14 +151,16 @@ double WallMetric::hasty(double depth) const {
   return 1.0 + (kMost - 1.0) * std::min(1.0, depth / (kSpan * layer_.h_min));
 }
 
-double WallMetric::normal_size(const Vec3& x, double phi) const {
+double WallMetric::normal_size(const Vec3& x, double phi) const { return normal_size(x, phi, far_size(x)); }
+
+double WallMetric::normal_size(const Vec3& x, double phi, double far) const {
   if (phi <= 0.0) return inside_size(-phi);
   const double top = layer_.top();
   if (phi <= top) return std::min(sizes_.h2, layer_size(phi));
   const double above = phi - top;
   double h;
   if (sizes_.box2.outer_distance(x) > 0.0) {
-    h = far_size(x);
+    h = far;
   } else {
     h = start_ + (sizes_.h2 - start_) * above / (above + sizes_.box2.inner_distance(x));
   }
@@ -173,20 +180,22 @@ double WallMetric::tangential_size(double curvature, double hn, double phi, doub
   return std::clamp(h, hn, std::max(hn, largest));
 }
 
-WallMetric::Sizes WallMetric::bounded_sizes(const Vec3& x, Sizes s) const {
-  double bound = std::max({s.hn, s.ht1, s.ht2});
-  for (const SizedBox& b : sizes_.boxes) bound = std::min(bound, b.size + rate_ * b.box.outer_distance(x));
-  for (const SizeField* field : painted_) bound = field->bound(x, rate_, bound);
-  return {std::min(s.hn, bound), std::min(s.ht1, bound), std::min(s.ht2, bound)};
+WallMetric::Bounds WallMetric::bounds_at(const Vec3& x) const {
+  const double far = far_size(x);
+  // No size of a wall is larger: those of its layers end at h2, and h1 is not smaller.
+  double painted = sizes_.h1;
+  for (const SizedBox& b : sizes_.boxes)
+    painted = std::min(painted, b.size + rate_ * b.box.outer_distance(x));
+  for (const SizeField* field : painted_) painted = field->bound(x, rate_, painted);
+  return {far, painted};
 }
 
-WallMetric::Sizes WallMetric::wall_sizes(const Vec3& x, const WallPoint& wall) const {
-  Sizes s;
-  const double largest = far_size(x);
-  s.hn = normal_size(x, wall.phi);
-  s.ht1 = tangential_size(wall.k1, s.hn, wall.phi, largest);
-  s.ht2 = tangential_size(wall.k2, s.hn, wall.phi, largest);
-  return painted_.empty() && sizes_.boxes.empty() ? s : bounded_sizes(x, s);
+WallMetric::Sizes WallMetric::wall_sizes(const Vec3& x, const WallPoint& wall, const Bounds& bounds) const {
+  const double hn = normal_size(x, wall.phi, bounds.far);
+  const auto size = [&](double curvature) {
+    return std::min(bounds.painted, tangential_size(curvature, hn, wall.phi, bounds.far));
+  };
+  return {std::min(bounds.painted, hn), size(wall.k1), size(wall.k2)};
 }
 
 // The metric of the nearest bend, grown by the distance from it.
@@ -257,7 +266,8 @@ double WallMetric::reach(const Vec3& x, double size) const {
 
 Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, const WallPoint& main,
                              std::span<const WallPoint> beside, double floor) const {
-  const Sizes sizes = wall_sizes(x, main);
+  const Bounds bounds = bounds_at(x);
+  const Sizes sizes = wall_sizes(x, main, bounds);
   const OneWall own = wall_metric(main, sizes, floor);
   Metric<3> m = own.metric;
   // Isotropic to within this ratio: no wall in another direction can matter.
@@ -268,7 +278,7 @@ Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, const WallPoi
   if (widest <= isotropic) return m;
   const double limit = std::min(reach(x, widest), std::abs(main.phi) + (widest - sizes.hn) / edge_rate_);
   const auto add = [&](const WallPoint& other) {
-    Sizes s = wall_sizes(x, other);
+    Sizes s = wall_sizes(x, other, bounds);
     s.hn = std::max(s.hn, sizes.hn + edge_rate_ * (std::abs(other.phi) - std::abs(main.phi)));
     s.ht1 = std::max(s.ht1, s.hn);
     s.ht2 = std::max(s.ht2, s.hn);
@@ -319,13 +329,12 @@ Metric<3> WallMetric::walls_metric(const Vec3& x, const WallPoint& body, double 
 }
 
 WallPoint WallMetric::face_wall(const Vec3& x, std::size_t face) const {
-  const int axis = static_cast<int>(face / 2);
-  const double plane = face % 2 == 0 ? sizes_.domain.lo[axis] : sizes_.domain.hi[axis];
+  const auto [axis, plane, inward] = domain_face(sizes_.domain, face);
   WallPoint wall;
   wall.phi = std::abs(x[axis] - plane);
   wall.closest = x;
   wall.closest[axis] = plane;
-  wall.N = (face % 2 == 0 ? 1.0 : -1.0) * Vec3::Unit(axis);
+  wall.N = inward * Vec3::Unit(axis);
   wall.T1 = Vec3::Unit((axis + 1) % 3);
   wall.T2 = wall.N.cross(wall.T1);
   return wall;
@@ -369,7 +378,7 @@ std::optional<Level<3>> WallMetric::level(const Vec3& x, double floor) const {
 WallSample WallMetric::sample(const Vec3& x, const WallPoint& wall) const {
   WallSample s;
   s.wall = wall;
-  const Sizes sizes = wall_sizes(x, s.wall);
+  const Sizes sizes = wall_sizes(x, s.wall, bounds_at(x));
   s.hn = sizes.hn;
   s.ht1 = sizes.ht1;
   s.ht2 = sizes.ht2;

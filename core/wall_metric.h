@@ -32,6 +32,15 @@ struct SizedBox {
 /// Faces of the domain, in the order of SizeOptions::walls.
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 
+/// A face of the domain.
+struct DomainFace {
+  int axis;
+  double plane;   ///< where it lies along the axis
+  double inward;  ///< direction into the domain along the axis, 1 or -1
+};
+/// By its index in kFaceNames.
+DomainFace domain_face(const Box<3>& domain, std::size_t face);
+
 /// Sizes outside the boundary layer. Lengths in world units.
 struct SizeOptions {
   double h2 = 0.0;  ///< largest size in Box2, > h_min
@@ -88,13 +97,19 @@ class WallMetric : public MetricField<3> {
   struct Sizes {
     double hn, ht1, ht2;
   };
+  /// What bounds the sizes at a place whatever the wall.
+  struct Bounds {
+    double far;      ///< far_size()
+    double painted;  ///< by painted sizes and boxes
+  };
+  [[nodiscard]] Bounds bounds_at(const Vec3& x) const;
+  [[nodiscard]] double normal_size(const Vec3& x, double phi, double far) const;
   [[nodiscard]] double layer_size(double height) const;
   [[nodiscard]] double inside_size(double depth) const;
   [[nodiscard]] double hasty(double depth) const;
   [[nodiscard]] double far_size(const Vec3& x) const;
   [[nodiscard]] double tangential_size(double curvature, double hn, double phi, double largest) const;
-  [[nodiscard]] Sizes wall_sizes(const Vec3& x, const WallPoint& wall) const;
-  [[nodiscard]] Sizes bounded_sizes(const Vec3& x, Sizes sizes) const;
+  [[nodiscard]] Sizes wall_sizes(const Vec3& x, const WallPoint& wall, const Bounds& bounds) const;
   struct Walls {
     std::array<WallPoint, 7> points;  // the nearest first
     std::size_t count = 0;

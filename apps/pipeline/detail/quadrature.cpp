@@ -318,10 +318,8 @@ Sums integrate_ray(const Sampler<D>& sampler, const Vec3& x, const WallPoint& wa
 template <int D>
 Sums integrate_column(const Sampler<D>& sampler, const Leaf<D>& leaf, const Vec3& x, std::size_t face) {
   const WallMetric& metric = sampler.metric();
-  const int axis = static_cast<int>(face / 2);
-  const Box<3>& domain = metric.sizes().domain;
-  const double plane = face % 2 == 0 ? domain.lo[axis] : domain.hi[axis], out = face % 2 == 0 ? 1.0 : -1.0;
-  const double near = std::max(0.0, out * (leaf.center[axis] - plane) - leaf.half[axis]);
+  const auto [axis, plane, inward] = domain_face(metric.sizes().domain, face);
+  const double near = std::max(0.0, inward * (leaf.center[axis] - plane) - leaf.half[axis]);
   const double far = near + 2.0 * leaf.half[axis];
   const double weight = leaf.volume() / (far - near);
   Sums sums;
@@ -332,7 +330,7 @@ Sums integrate_column(const Sampler<D>& sampler, const Leaf<D>& leaf, const Vec3
         layered ? std::min(metric.layer().level(k), far) : std::min(1.5 * from + metric.layer().h_min, far);
     if (to <= from) continue;
     Vec3 at = x;
-    at[axis] = plane + out * 0.5 * (from + to);
+    at[axis] = plane + inward * 0.5 * (from + to);
     sampler.add(sums, at, metric.sample(at), weight * (to - from));
     from = to;
   }
@@ -344,9 +342,8 @@ template <int D>
 std::size_t face_beside(const WallMetric& metric, const Leaf<D>& leaf) {
   const SizeOptions& o = metric.sizes();
   for (std::size_t face = 0; face < std::size_t{2 * D}; ++face) {
-    const int axis = static_cast<int>(face / 2);
-    const double room = face % 2 == 0 ? leaf.center[axis] - leaf.half[axis] - o.domain.lo[axis]
-                                      : o.domain.hi[axis] - leaf.center[axis] - leaf.half[axis];
+    const auto [axis, plane, inward] = domain_face(o.domain, face);
+    const double room = inward * (leaf.center[axis] - plane) - leaf.half[axis];
     if (o.walls[face] && room < 0.5 * leaf.half[axis]) return face;
   }
   return 6;
