@@ -80,7 +80,6 @@ void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, co
       rules.long_edge = 1.25;
       rules.least_swap = 0.0003;
       rules.least_move = 0.0002;
-      rules.relaxation = 1.6;
     }
   }
   if (rules.align) rules.swap_below -= 0.05;  // a right column has a mean quality of .83
