@@ -1,5 +1,6 @@
 """Other people's readers open every output, and an independent computation agrees with `lamina score`."""
 import json
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -133,10 +134,18 @@ class Oracle(Case):
                 self.assertLess(abs(told["validation"]["volume"] / expected["volume"] - 1), 1e-12)
                 self.assertEqual(told["worst_cells"][0]["cell"], expected["worst_cell"])
 
+    def test_score_finds_the_metric_beside_a_mesh(self):
+        expected = oracle.score(self.points, self.cells, oracle.read_sol(self.made / "a.solb"))
+        for suffix in ("vtu", "meshb"):
+            with self.subTest(suffix=suffix):
+                self.agree(self.own_score(self.made / f"a.{suffix}")["score"], expected)
+
     def test_score_without_metric_is_euclidean(self):
         identity = np.repeat(np.eye(3)[None], len(self.points), axis=0)
         expected = oracle.score(self.points, self.cells, identity)
-        told = self.own_score(self.made / "a.meshb")["score"]
+        bare = self.made / "bare.meshb"  # no metric beside it
+        shutil.copyfile(self.made / "a.meshb", bare)
+        told = self.own_score(bare)["score"]
         self.assertEqual((told["points"], told["cells"]), (expected["points"], expected["cells"]))
         for found, key in ((told["quality"]["min"], "quality_min"), (told["quality"]["mean"], "quality_mean"),
                            (told["aspect"]["max"], "aspect_max")):
