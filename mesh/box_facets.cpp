@@ -85,7 +85,29 @@ void list_box_facets(Mesh<D>& mesh) {
         tag, tag <= 2 * D ? kBoxFaceNames[static_cast<std::size_t>(tag - 1)] : "boundary");
 }
 
+template <int D>
+std::int64_t list_missing_facets(Mesh<D>& mesh) {
+  std::vector<Facet<D>> listed = mesh.facets;
+  for (Facet<D>& facet : listed) std::sort(facet.begin(), facet.end());
+  std::sort(listed.begin(), listed.end());
+  const auto before = static_cast<std::int64_t>(mesh.facets.size());
+  const auto alone = boundary_sides<D>(mesh);
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+    for (std::size_t side = 0; side <= D; ++side) {
+      if (!alone[c][side]) continue;
+      Facet<D> key = facet_of<D>(mesh, c, side);
+      std::sort(key.begin(), key.end());
+      if (!std::binary_search(listed.begin(), listed.end(), key))
+        mesh.facets.push_back(facet_of<D>(mesh, c, side));
+    }
+  }
+  if (!mesh.facet_tags.empty()) mesh.facet_tags.resize(mesh.facets.size(), 0);
+  return static_cast<std::int64_t>(mesh.facets.size()) - before;
+}
+
 template void list_box_facets(Mesh<2>&);
 template void list_box_facets(Mesh<3>&);
+template std::int64_t list_missing_facets(Mesh<2>&);
+template std::int64_t list_missing_facets(Mesh<3>&);
 
 }  // namespace lamina

@@ -1,5 +1,7 @@
-// Boundary facets of meshes that name none, as `lamina mesh` leaves them out of a .vtu.
+// Boundary facets of meshes that name none or not all, as `lamina mesh` leaves them out of a .vtu.
 #pragma once
+
+#include <cstdint>
 
 #include "mesh/mesh.h"
 
@@ -14,5 +16,10 @@ inline constexpr std::array<const char*, 6> kBoxFaceNames = {"xmin", "xmax", "ym
 /// the same for every thread count.
 template <int D>
 void list_box_facets(Mesh<D>& mesh);
+
+/// Appends those facets of one cell that the list lacks, outward, in the order of cells, with tag 0. Returns
+/// their number. REQUIRES valid indices, positive cells for the orientation.
+template <int D>
+std::int64_t list_missing_facets(Mesh<D>& mesh);
 
 }  // namespace lamina

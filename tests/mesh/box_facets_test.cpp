@@ -36,6 +36,26 @@ void box() {
   EXPECT_TRUE(validate<D>(mesh).ok());  // outward, too
 }
 
+template <int D>
+void missing() {
+  const Mesh<D> wanted = lattice<D>(3);
+  Mesh<D> mesh = wanted;
+  EXPECT_EQ(list_missing_facets(mesh), 0);
+  const std::size_t half = wanted.facets.size() / 2;
+  mesh.facets.resize(half);
+  mesh.facet_tags.resize(half);
+  EXPECT_EQ(list_missing_facets(mesh), static_cast<std::int64_t>(wanted.facets.size() - half));
+  EXPECT_TRUE(validate<D>(mesh).ok());
+  EXPECT_EQ(std::count(mesh.facet_tags.begin(), mesh.facet_tags.end(), 0),
+            static_cast<std::ptrdiff_t>(wanted.facets.size() - half));
+  EXPECT_EQ(mesh.facet_tags.front(), wanted.facet_tags.front());
+}
+
+TEST(BoxFacets, ThoseThatAreMissing) {
+  missing<2>();
+  missing<3>();
+}
+
 TEST(BoxFacets, OfABox) {
   box<2>();
   box<3>();
