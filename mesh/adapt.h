@@ -66,6 +66,8 @@ struct AdaptOptions {
   /// Degrees, in (0, 90]: at larger angles between facets of one tag the boundary has a ridge, in 2D a
   /// corner, which is kept.
   double ridge_angle = 45.0;
+  /// Cells of different tags stay apart: the facets between them are a boundary of either region.
+  bool keep_cell_tags = true;
   int block_vertices = 16384;  ///< vertices per block; fixed by the mesh, never by the thread count
   IterationCallback after_step = {};
   /// A snapshot of a run on the same mesh and metric with the same options, by the same build on the same
@@ -100,15 +102,16 @@ struct AdaptSummary {
 
 /// Adapts `mesh` in place. The boundary of the domain is kept: facets of one tag between ridges are a piece.
 /// Flat pieces stay flat, ridges and corners stay. Vertices of curved pieces lie on the input's facets,
-/// and new facets within `hausdorff` of them, at points sampled (mesh/README.md). REQUIRES a valid mesh
-/// (mesh/validate.h); boundary facets may be missing from the list. Of the input's tags those of boundary
-/// facets and one that all cells share are kept, with names, fields are not.
+/// and new facets within `hausdorff` of them, at points sampled (mesh/README.md). Facets between cells
+/// of different tags, and those within the mesh that have tags and cut a part of it off, are kept like
+/// boundaries. REQUIRES a valid mesh (mesh/validate.h); boundary facets may be missing from the list. Of the
+/// input's tags those of facets and cells are kept, with names, fields are not.
 /// GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits for every
 /// thread count; (4) `metric` receives the metric of every vertex, at the size floor of the last step, which
 /// is the wanted metric unless `after_step` ended the run; (5) a mesh that is unit already and that polishing
 /// would hardly improve stays as it is, unless `start_size` is given. Errors: kAdapt (tagged facets within
-/// the mesh, more than 65534 pieces, a snapshot of another run), kInterrupted as soon as
-/// `progress` asks for it; the mesh is then what it was.
+/// the mesh that cut nothing off, more than 65534 pieces or regions, a snapshot of another run), kInterrupted
+/// as soon as `progress` asks for it; the mesh is then what it was.
 template <int D>
 AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,
                    const AdaptOptions& options, Progress* progress = nullptr);

@@ -25,7 +25,7 @@ struct State {
   CaseFlags wall;
   Adaptation adaptation;
   std::vector<std::string> lp_hessians;  // FIELD P FIELD P ...
-  std::string metric_out, report, align = "none";
+  std::string metric_out, report, align = "none", cell_tags = "keep";
 };
 
 void add_metric_options(CLI::App& app, State& s) {
@@ -121,6 +121,12 @@ void add_other_options(CLI::App& app, State& s) {
                      a.ridge_angle))
       ->type_name("X")
       ->group("Boundary");
+  app.add_option("--cell-tags", s.cell_tags,
+                 "keep: cells of different tags stay apart, and facets between them are a boundary of either "
+                 "side; drop: tags of cells are forgotten (keep | drop; default: keep)")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"keep", "drop"}))
+      ->group("Boundary");
   app.add_option("--align", s.align,
                  "where vertices go: none, anywhere, which makes the most regular cells, or layers, onto the "
                  "levels of a metric with layers (none | layers; default: none)")
@@ -148,6 +154,7 @@ int run(State& s) {
     throw Error(ErrorCode::kUsage, "options of a wall are given, but no wall: name it with --level-set");
   if (!s.metric_out.empty()) a.metric_out = s.metric_out;
   if (!s.report.empty()) a.report = s.report;
+  a.keep_cell_tags = s.cell_tags != "drop";
   if (s.align == "layers") a.align = Align::kLayers;
   Terminal terminal(s.wall.verbosity());
   const AdaptationReport report = run_adaptation(a, &terminal);
@@ -164,7 +171,8 @@ void add_adapt(CLI::App& root, Commands& commands) {
       "Point fields of MESH, of a .mesh or .meshb those of the .solb or .sol beside it, are carried to the "
       "new "
       "mesh: linear within the old cells.\n"
-      "The boundary is followed: planes exactly, curved surfaces within --hausdorff; tags are kept.\n"
+      "The boundary is followed: planes exactly, curved surfaces within --hausdorff; so are those\n"
+      "between cells of different tags, and tagged ones that cut a part off. Tags are kept.\n"
       "Metrics for --analytic, with their keys and defaults:\n" +
       analytic_list() +
       "Examples:\n"

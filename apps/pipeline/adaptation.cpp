@@ -19,6 +19,7 @@
 #include "core/parallel.h"
 #include "core/predicates.h"
 #include "core/words.h"
+#include "mesh/box_facets.h"
 #include "mesh/gradation.h"
 #include "mesh/io.h"
 #include "mesh/seed.h"
@@ -90,8 +91,8 @@ void protect_inputs(const Adaptation& a, OutputSet& outputs) {
   for (const LpHessian& wanted : a.lp_hessians) outputs.protect(wanted.field);
 }
 
-/// The mesh as the optimizer wants it: positive cells, no loose points. Throws kAdapt where that is not
-/// enough.
+/// The mesh as the optimizer wants it: positive cells, no loose points, all of the boundary or nothing
+/// listed. Throws kAdapt where that is not enough.
 template <int D>
 void make_ready(Mesh<D>& mesh, const std::string& name, Progress& progress) {
   Validation found = validate<D>(mesh);
@@ -127,12 +128,14 @@ void make_ready(Mesh<D>& mesh, const std::string& name, Progress& progress) {
         fmt::format("{}: {} dropped", name,
                     counted(found.unused_points, "point without a cell was", "points without a cell were")));
   }
+  if (found.boundary_mismatch > 0)
+    if (const std::int64_t missing = list_missing_facets(mesh))
+      progress.warn(fmt::format("{}: {} listed with tag 0", name,
+                                counted(missing, "boundary facet that the file leaves out was",
+                                        "boundary facets that the file leaves out were")));
   found = validate<D>(mesh);
   if (!found.ok())
     throw Error(ErrorCode::kAdapt, fmt::format("{}: cannot be adapted: {}", name, found.summary()));
-  if (std::adjacent_find(mesh.cell_tags.begin(), mesh.cell_tags.end(), std::not_equal_to<>()) !=
-      mesh.cell_tags.end())
-    progress.warn(fmt::format("{}: the tags of its cells are dropped: regions are not kept apart", name));
 }
 
 /// A formula has no edges to bound its growth along, a mesh that is unit in it has: the formula is sampled
@@ -251,6 +254,7 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
   options.align = a.align;
   options.hausdorff = a.hausdorff;
   options.ridge_angle = a.ridge_angle;
+  options.keep_cell_tags = a.keep_cell_tags;
   options.end_size = wanted.smallest();
   report.adapt = adapt<D>(mesh, *wanted.family(), metric, options, &stages);
   if (wanted.has_formula() && a.gradation > 0.0) bound_growth<D>(a, options, wanted, mesh, metric, stages);
@@ -381,6 +385,7 @@ std::string adaptation_json(const AdaptationReport& r) {
       {"quality_floor", a.quality_floor},
       {"hausdorff", given(a.hausdorff)},
       {"ridge_angle", a.ridge_angle},
+      {"cell_tags", a.keep_cell_tags ? "keep" : "drop"},
       {"align", a.align == Align::kLayers ? "layers" : "none"},
       {"cells", r.cells},
       {"points", r.points},

@@ -48,6 +48,7 @@ struct Adaptation {
   double quality_floor = AdaptOptions{}.quality_floor;
   double hausdorff = 0.0;  ///< as AdaptOptions::hausdorff
   double ridge_angle = AdaptOptions{}.ridge_angle;
+  bool keep_cell_tags = true;      ///< as AdaptOptions::keep_cell_tags
   Align align = Align::kAnywhere;  ///< kLayers: for metrics with layers only
   int threads = 0;                 ///< 0: all
 };

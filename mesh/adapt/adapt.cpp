@@ -164,6 +164,24 @@ AdaptState<D> first_state(const Mesh<D>& mesh, const AdaptMetric<D>& field, cons
   return state;
 }
 
+// Tags that follow no surface, as those that a metric gives to cells, leave nothing to move.
+template <int D>
+void warn_of_rags(const GlobalMesh<D>& mesh, Progress& progress) {
+  constexpr std::int64_t kMany = 100;
+  std::int64_t between = 0, corners = 0;
+  for (const PieceSet pieces : mesh.pieces) {
+    bool inner = false;
+    for (int k = 0; k < pieces.size(); ++k) inner = inner || mesh.shape->is_inner(pieces[k]);
+    between += inner;
+    corners += inner && pieces.is_corner<D>();
+  }
+  if (corners < kMany || 2 * corners < between) return;
+  progress.warn(
+      fmt::format("{} of the {} points between cells of different tags are corners of ragged borders, "
+                  "and stay: tags that are no regions should be dropped (--cell-tags drop)",
+                  corners, between));
+}
+
 template <int D>
 AdaptStep run_step(AdaptState<D>& state, const AdaptMetric<D>& field, const AdaptOptions& options,
                    const Progress* progress) {
@@ -219,6 +237,7 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
   const auto start = std::chrono::steady_clock::now();
   AdaptState<D> state =
       options.resume.empty() ? first_state<D>(mesh, field, options) : decode<D>(options.resume, options);
+  if (progress != nullptr && options.resume.empty()) warn_of_rags(state.mesh, *progress);
   bool go_on = true;
   while (go_on && state.next < state.floors.size()) {
     const AdaptStep step = state.unit_already ? polish_if_worthwhile(state, field, options, progress)

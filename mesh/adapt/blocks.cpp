@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "core/hilbert.h"
 #include "core/parallel.h"
@@ -97,15 +98,18 @@ class OpenFacets {
 };
 
 template <int D>
-void connect(LocalMesh<D>& local, const std::vector<std::array<PieceId, D + 1>>& pieces) {
+void connect(LocalMesh<D>& local, std::vector<std::array<PieceId, D + 1>> pieces) {
+  bool any_inner = false;
   OpenFacets<D> open(local.vertices.size());
   for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
     auto& cell = local.cells[c];
     for (int i = 0; i <= D; ++i) {
-      if (pieces[c][i] != 0) {
-        cell.n[i] = boundary_code(pieces[c][i]);
+      PieceId& piece = pieces[c][i];
+      if (piece != 0 && !local.shape->is_inner(piece)) {
+        cell.n[i] = boundary_code(std::exchange(piece, PieceId{0}));
         continue;
       }
+      any_inner = any_inner || piece != 0;
       std::array<Index, D> f;
       for (int k = 0; k < D; ++k) f[k] = cell.v[kCellFacets<D>[i][k]];
       const Index other = open.match(f, c * (D + 1) + i);
@@ -113,6 +117,7 @@ void connect(LocalMesh<D>& local, const std::vector<std::array<PieceId, D + 1>>&
       if (other != kNone) local.cells[other / (D + 1)].n[other % (D + 1)] = c;
     }
   }
+  if (any_inner) local.inner = std::move(pieces);
 }
 
 template <int D>
@@ -146,8 +151,9 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
       local.vertices[slot].cell = static_cast<Index>(k);
     }
     local.cells[k].energy = mesh.energy[g];
+    if (!mesh.regions.empty()) local.cells[k].region = mesh.regions[g];
   }
-  connect<D>(local, pieces);
+  connect<D>(local, std::move(pieces));
   for (const auto& cell : local.cells)
     for (int i = 0; i <= D; ++i)
       if (cell.n[i] == kInterface)
@@ -160,6 +166,7 @@ template <int D>
 struct Result {
   std::vector<std::array<Index, D + 1>> cells;
   std::vector<std::array<PieceId, D + 1>> facet_pieces;
+  std::vector<PieceId> regions;
   std::vector<double> energy;
   std::vector<Index> kept;  // vertices that were there before, as the piece numbers them
   std::vector<typename LocalMesh<D>::Vertex> added;
@@ -206,8 +213,9 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
     std::array<PieceId, D + 1> t;
     for (int i = 0; i <= D; ++i) {
       v[i] = id[cell.v[i]];
-      t[i] = is_boundary(cell.n[i]) ? static_cast<PieceId>(boundary_piece(cell.n[i])) : 0;
+      t[i] = static_cast<PieceId>(local.piece(c, i));
     }
+    if (!mesh.regions.empty()) r.regions.push_back(cell.region);
     r.cells.push_back(v);
     r.facet_pieces.push_back(t);
     r.energy.push_back(cell.energy);
@@ -229,6 +237,7 @@ Result<D> others(const GlobalMesh<D>& mesh, const std::vector<Index>& cells) {
     }
     r.cells.push_back(mesh.cells[c]);
     r.facet_pieces.push_back(mesh.facet_pieces[c]);
+    if (!mesh.regions.empty()) r.regions.push_back(mesh.regions[c]);
     r.energy.push_back(mesh.energy[c]);
   }
   return r;
@@ -277,6 +286,8 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
   const auto cells = exclusive_scan(cell_base);
   mesh.cells.resize(cells);
   mesh.facet_pieces.resize(cells);
+  const bool regions = !mesh.regions.empty();
+  if (regions) mesh.regions.resize(cells);
   mesh.energy.resize(cells);
   for_each_index(
       results.size(),
@@ -290,6 +301,7 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
           }
           mesh.facet_pieces[cell_base[b] + static_cast<std::int64_t>(i)] = r.facet_pieces[i];
           mesh.energy[cell_base[b] + static_cast<std::int64_t>(i)] = r.energy[i];
+          if (regions) mesh.regions[cell_base[b] + static_cast<std::int64_t>(i)] = r.regions[i];
         }
       },
       1);

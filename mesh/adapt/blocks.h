@@ -23,7 +23,8 @@ struct GlobalMesh {
   std::vector<int> level;        ///< as LocalMesh::Vertex::level
   std::vector<int> changed;      ///< as LocalMesh::Vertex::changed
   std::vector<std::array<Index, D + 1>> cells;
-  std::vector<std::array<PieceId, D + 1>> facet_pieces;  ///< 0: interior
+  std::vector<std::array<PieceId, D + 1>> facet_pieces;  ///< outer and inner; 0: none
+  std::vector<PieceId> regions;                          ///< of the cells; empty: there is one
   std::vector<double> energy;  ///< as LocalMesh::Cell::energy; up to date from evaluate_metric() on
   std::shared_ptr<const BoundaryShape<D>> shape;
   Box<D> bounds;

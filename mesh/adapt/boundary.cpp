@@ -1,7 +1,11 @@
-// Facets of one cell are the boundary.
+// Facets of one cell are the outer boundary, those of cells in two regions the inner one.
 #include "mesh/adapt/boundary.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "core/error.h"
@@ -13,7 +17,9 @@
 namespace lamina::adapt_detail {
 namespace {
 
-constexpr PieceId kSomeBoundary = 1;  // before pieces are known
+// Before pieces are known.
+constexpr PieceId kSomeOuter = 1, kSomeInner = 2;
+constexpr std::size_t kMostRegions = std::numeric_limits<PieceId>::max();
 
 template <int D>
 using Facet = std::array<Index, D>;
@@ -31,27 +37,51 @@ Facet<D> sorted(Facet<D> f) {
   return f;
 }
 
-/// Marks facets of exactly one cell in global.facet_pieces. Each facet is judged at its smallest vertex.
 template <int D>
-void mark_boundary(GlobalMesh<D>& global) {
+struct Found {
+  Facet<D> key;  ///< sorted
+  CellSide at;
+
+  bool operator<(const Found& o) const {
+    return std::tie(key, at.cell, at.side) < std::tie(o.key, o.at.cell, o.at.side);
+  }
+};
+
+/// Calls visit(begin, end) with the sides of each facet whose smallest vertex is v.
+template <int D, class Visit>
+void visit_facets(const GlobalMesh<D>& global, const Incidence& cells, std::size_t v, Visit&& visit) {
+  std::vector<Found<D>> around;
+  for (const Index c : cells.of(v)) {
+    for (int i = 0; i <= D; ++i) {
+      const Facet<D> f = sorted<D>(facet_of<D>(global.cells[c], i));
+      if (f[0] == static_cast<Index>(v)) around.push_back({f, {c, i}});
+    }
+  }
+  std::sort(around.begin(), around.end());
+  for (std::size_t begin = 0, end = 0; begin < around.size(); begin = end) {
+    while (end < around.size() && around[end].key == around[begin].key) ++end;
+    visit(around.data() + begin, around.data() + end);
+  }
+}
+
+template <int D>
+PieceId region_of(const GlobalMesh<D>& global, Index cell) {
+  return global.regions.empty() ? PieceId{0} : global.regions[cell];
+}
+
+/// Marks facets of exactly one cell, and those of cells in two regions, in global.facet_pieces.
+template <int D>
+void mark_boundaries(GlobalMesh<D>& global, const Incidence& cells) {
   global.facet_pieces.assign(global.cells.size(), {});
-  const Incidence cells = incidence(global.x.size(), global.cells);
   for_each_index(
       global.x.size(),
       [&](std::size_t v) {
-        std::vector<std::pair<Facet<D>, std::pair<Index, int>>> around;
-        for (const Index c : cells.of(v)) {
-          for (int i = 0; i <= D; ++i) {
-            const Facet<D> f = sorted<D>(facet_of<D>(global.cells[c], i));
-            if (f[0] == static_cast<Index>(v)) around.push_back({f, {c, i}});
-          }
-        }
-        std::sort(around.begin(), around.end());
-        for (std::size_t k = 0; k < around.size(); ++k) {
-          const bool alone = (k == 0 || around[k - 1].first != around[k].first) &&
-                             (k + 1 == around.size() || around[k + 1].first != around[k].first);
-          if (alone) global.facet_pieces[around[k].second.first][around[k].second.second] = kSomeBoundary;
-        }
+        visit_facets(global, cells, v, [&](const Found<D>* begin, const Found<D>* end) {
+          const bool outer = end - begin == 1;
+          if (!outer && region_of(global, begin->at.cell) == region_of(global, end[-1].at.cell)) return;
+          for (const Found<D>* f = begin; f != end; ++f)
+            global.facet_pieces[f->at.cell][f->at.side] = outer ? kSomeOuter : kSomeInner;
+        });
       },
       256);
 }
@@ -66,11 +96,11 @@ class ListedTags {
       list_.push_back({sorted<D>(mesh.facets[f]), mesh.facet_tags.empty() ? 0 : mesh.facet_tags[f]});
     std::sort(list_.begin(), list_.end());
   }
-  /// 0 where the input says nothing.
-  [[nodiscard]] Index of(const Facet<D>& facet) const {
+  /// `otherwise` where the input says nothing.
+  [[nodiscard]] Index of(const Facet<D>& facet, Index otherwise) const {
     const Facet<D> key = sorted<D>(facet);
     const auto at = std::lower_bound(list_.begin(), list_.end(), std::pair<Facet<D>, Index>(key, kLowest));
-    return at != list_.end() && at->first == key ? at->second : 0;
+    return at != list_.end() && at->first == key ? at->second : otherwise;
   }
   [[nodiscard]] std::size_t tagged() const {
     return static_cast<std::size_t>(
@@ -83,16 +113,122 @@ class ListedTags {
 };
 
 template <int D>
+std::string at_center(const GlobalMesh<D>& global, const Facet<D>& facet) {
+  Vec<D> x = Vec<D>::Zero();
+  for (const Index v : facet) x += global.x[v] / D;
+  return fmt::format("({:.6g})", fmt::join(x.data(), x.data() + D, ", "));
+}
+
+/// The cells of each tag are a region.
+template <int D>
+void number_regions(const std::vector<Index>& cell_tags, GlobalMesh<D>& global, BoundaryTags& tags) {
+  tags.cell_tags = cell_tags;
+  std::sort(tags.cell_tags.begin(), tags.cell_tags.end());
+  tags.cell_tags.erase(std::unique(tags.cell_tags.begin(), tags.cell_tags.end()), tags.cell_tags.end());
+  if (tags.cell_tags.size() < 2) return;
+  if (tags.cell_tags.size() > kMostRegions)
+    throw Error(ErrorCode::kAdapt,
+                fmt::format("the cells have {} different tags: no more than {} can be kept apart",
+                            tags.cell_tags.size(), kMostRegions));
+  global.regions.resize(global.cells.size());
+  for_each_index(global.cells.size(), [&](std::size_t c) {
+    const auto at = std::lower_bound(tags.cell_tags.begin(), tags.cell_tags.end(), cell_tags[c]);
+    global.regions[c] = static_cast<PieceId>(at - tags.cell_tags.begin());
+  });
+}
+
+/// The parts of regions that the tagged facets within cut them into become regions of their own. Errors:
+/// kAdapt when such a facet has one of them on both sides.
+template <int D>
+void cut_regions(const ListedTags<D>& listed, const Incidence& cells, GlobalMesh<D>& global,
+                 BoundaryTags& tags) {
+  std::vector<Index> part(global.cells.size());
+  std::iota(part.begin(), part.end(), 0);
+  const auto root = [&](Index c) {
+    while (part[c] != c) c = part[c] = part[part[c]];
+    return c;
+  };
+  const auto for_each_inside = [&](bool tagged, auto&& visit) {
+    for (std::size_t v = 0; v < global.x.size(); ++v) {
+      visit_facets(global, cells, v, [&](const Found<D>* begin, const Found<D>* end) {
+        if (end - begin == 2 && (listed.of(begin->key, 0) != 0) == tagged)
+          visit(begin->key, begin[0].at.cell, begin[1].at.cell);
+      });
+    }
+  };
+  for_each_inside(false, [&](const Facet<D>&, Index a, Index b) {
+    if (region_of(global, a) != region_of(global, b)) return;
+    a = root(a);
+    b = root(b);
+    part[std::max(a, b)] = std::min(a, b);
+  });
+  std::int64_t loose = 0;
+  std::string first;
+  for_each_inside(true, [&](const Facet<D>& f, Index a, Index b) {
+    if (root(a) == root(b) && loose++ == 0) first = at_center<D>(global, f);
+  });
+  if (loose > 0)
+    throw Error(
+        ErrorCode::kAdapt,
+        fmt::format("{} inside a region of the mesh without cutting it in two, the first at {}: only "
+                    "facets on the boundary of the mesh, between cell tags, or all around a part of it "
+                    "can be kept",
+                    counted(loose, "tagged facet lies", "tagged facets lie"), first));
+  std::vector<std::pair<PieceId, Index>> roots;
+  for (Index c = 0; c < static_cast<Index>(part.size()); ++c)
+    if (root(c) == c) roots.emplace_back(region_of(global, c), c);
+  std::sort(roots.begin(), roots.end());
+  if (roots.size() > kMostRegions)
+    throw Error(ErrorCode::kAdapt,
+                fmt::format("tagged facets cut the mesh into {} parts: no more than {} can be kept apart",
+                            roots.size(), kMostRegions));
+  std::vector<Index> cell_tags;
+  std::vector<PieceId> regions(part.size());
+  for (const auto& [region, c] : roots) {
+    regions[c] = static_cast<PieceId>(cell_tags.size());
+    cell_tags.push_back(tags.cell_tags.empty() ? 0 : tags.cell_tags[region]);
+  }
+  for (Index c = 0; c < static_cast<Index>(part.size()); ++c) regions[c] = regions[root(c)];
+  global.regions = std::move(regions);
+  if (!tags.cell_tags.empty()) tags.cell_tags = std::move(cell_tags);
+}
+
+template <int D>
+BoundaryFacet<D> boundary_facet(const GlobalMesh<D>& global, CellSide at) {
+  BoundaryFacet<D> facet;
+  facet.vertices = facet_of<D>(global.cells[at.cell], at.side);
+  facet.at = at;
+  std::array<Vec<D>, D> x;
+  for (int k = 0; k < D; ++k) x[k] = global.x[facet.vertices[k]];
+  facet.area = area_vector<D>(x);
+  return facet;
+}
+
+/// The outer ones, in the order of their cells, then the inner ones.
+template <int D>
 std::vector<BoundaryFacet<D>> boundary_facets(const GlobalMesh<D>& global, const ListedTags<D>& listed) {
   std::vector<BoundaryFacet<D>> out;
+  std::vector<Found<D>> inner;
   for (std::size_t c = 0; c < global.cells.size(); ++c) {
     for (int i = 0; i <= D; ++i) {
       if (global.facet_pieces[c][i] == 0) continue;
-      const Facet<D> f = facet_of<D>(global.cells[c], i);
-      std::array<Vec<D>, D> x;
-      for (int k = 0; k < D; ++k) x[k] = global.x[f[k]];
-      out.push_back({f, static_cast<Index>(c), i, listed.of(f), area_vector<D>(x)});
+      const CellSide at{static_cast<Index>(c), i};
+      if (global.facet_pieces[c][i] == kSomeInner) {
+        inner.push_back({sorted<D>(facet_of<D>(global.cells[c], i)), at});
+        continue;
+      }
+      out.push_back(boundary_facet<D>(global, at));
+      out.back().tag = listed.of(out.back().vertices, 0);
     }
+  }
+  std::sort(inner.begin(), inner.end());
+  for (std::size_t k = 0; k < inner.size(); k += 2) {
+    CellSide at = inner[k].at, beyond = inner[k + 1].at;
+    if (global.regions[at.cell] > global.regions[beyond.cell]) std::swap(at, beyond);
+    out.push_back(boundary_facet<D>(global, at));
+    out.back().beyond = beyond;
+    out.back().regions = {global.regions[at.cell], global.regions[beyond.cell]};
+    out.back().tag = listed.of(inner[k].key, kUnlisted);
   }
   return out;
 }
@@ -105,27 +241,32 @@ GlobalMesh<D> import_mesh(const Mesh<D>& mesh, const AdaptOptions& options, Boun
   tags = {};
   tags.listed = !mesh.facets.empty();
   tags.tagged = !mesh.facet_tags.empty();
-  if (!mesh.cell_tags.empty() && std::adjacent_find(mesh.cell_tags.begin(), mesh.cell_tags.end(),
-                                                    std::not_equal_to<>()) == mesh.cell_tags.end())
-    tags.cell_tags = {mesh.cell_tags.front()};
   GlobalMesh<D> global;
   global.x = mesh.points;
   global.cells = mesh.cells;
   for (const Vec<D>& x : global.x) global.bounds.extend(x);
-  mark_boundary(global);
+  number_regions(mesh.cell_tags, global, tags);
+  if (!options.keep_cell_tags && !global.regions.empty()) {
+    global.regions.clear();
+    tags.cell_tags.clear();
+  }
+  const Incidence cells = incidence(global.x.size(), global.cells);
+  mark_boundaries(global, cells);
   const ListedTags<D> listed(mesh);
-  const std::vector<BoundaryFacet<D>> facets = boundary_facets(global, listed);
-  const auto on_boundary = static_cast<std::size_t>(
-      std::count_if(facets.begin(), facets.end(), [](const auto& f) { return f.tag != 0; }));
-  if (on_boundary < listed.tagged())
-    throw Error(ErrorCode::kAdapt, counted(static_cast<std::int64_t>(listed.tagged() - on_boundary),
-                                           "tagged facet lies", "tagged facets lie") +
-                                       " inside the mesh: interfaces within a mesh cannot be adapted");
+  std::vector<BoundaryFacet<D>> facets = boundary_facets(global, listed);
+  const auto kept = static_cast<std::size_t>(std::count_if(
+      facets.begin(), facets.end(), [](const auto& f) { return f.tag != 0 && f.tag != kUnlisted; }));
+  if (kept < listed.tagged()) {
+    cut_regions(listed, cells, global, tags);
+    mark_boundaries(global, cells);
+    facets = boundary_facets(global, listed);
+  }
   const double tolerance =
       options.hausdorff > 0.0 ? options.hausdorff : kHausdorffShare * global.bounds.diagonal();
   Pieces<D> pieces = find_pieces<D>(global.x, facets, tolerance, options.ridge_angle);
   for (std::size_t f = 0; f < facets.size(); ++f)
-    global.facet_pieces[facets[f].cell][facets[f].side] = pieces.of_facet[f];
+    for (const CellSide& side : {facets[f].at, facets[f].beyond})
+      if (side.cell != kNone) global.facet_pieces[side.cell][side.side] = pieces.of_facet[f];
   global.pieces = std::move(pieces.of_point);
   tags.of_piece = std::move(pieces.tags);
   global.shape = std::make_shared<const BoundaryShape<D>>(std::move(pieces.shape));
@@ -140,17 +281,35 @@ void export_mesh(const GlobalMesh<D>& global, const BoundaryTags& tags, Mesh<D>&
   mesh = std::move(adapted);
   mesh.points = global.x;
   mesh.cells = global.cells;
-  if (!tags.cell_tags.empty()) mesh.cell_tags.assign(mesh.cells.size(), tags.cell_tags.front());
+  if (!tags.cell_tags.empty()) {
+    mesh.cell_tags.resize(mesh.cells.size());
+    for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+      mesh.cell_tags[c] = tags.cell_tags[region_of(global, static_cast<Index>(c))];
+  }
+  const auto list = [&](const CellSide& at) {
+    const PieceId piece = global.facet_pieces[at.cell][at.side];
+    mesh.facets.push_back(facet_of<D>(global.cells[at.cell], at.side));
+    if (tags.tagged)
+      mesh.facet_tags.push_back(tags.of_piece[piece]);
+    else if (!tags.listed)
+      mesh.facet_tags.push_back(piece);
+  };
+  std::vector<Found<D>> inner;
   for (std::size_t c = 0; c < global.cells.size(); ++c) {
     for (int i = 0; i <= D; ++i) {
       const PieceId piece = global.facet_pieces[c][i];
-      if (piece == 0) continue;
-      mesh.facets.push_back(facet_of<D>(global.cells[c], i));
-      if (tags.tagged)
-        mesh.facet_tags.push_back(tags.of_piece[piece]);
-      else if (!tags.listed)
-        mesh.facet_tags.push_back(piece);
+      const CellSide at{static_cast<Index>(c), i};
+      if (piece == 0 || tags.of_piece[piece] == kUnlisted) continue;
+      if (global.shape->is_inner(piece))
+        inner.push_back({sorted<D>(facet_of<D>(global.cells[c], i)), at});
+      else
+        list(at);
     }
+  }
+  std::sort(inner.begin(), inner.end());
+  for (std::size_t k = 0; k < inner.size(); k += 2) {
+    const CellSide &a = inner[k].at, &b = inner[k + 1].at;
+    list(global.regions[a.cell] < global.regions[b.cell] ? a : b);
   }
 }
 

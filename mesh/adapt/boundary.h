@@ -1,28 +1,33 @@
-// Between a mesh as it is exchanged and the optimizer's own form: the pieces of the boundary are found, so
-// that vertices can be kept on them, and the input's tags are restored.
+// Between a mesh as it is exchanged and the optimizer's own form: its regions and the pieces of their
+// boundaries are found, so that vertices can be kept on them, and the input's tags are restored.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "mesh/adapt/blocks.h"
 
 namespace lamina::adapt_detail {
 
-/// What pieces of the boundary (mesh/adapt/pieces.h) were in the input.
+inline constexpr Index kUnlisted = std::numeric_limits<Index>::min();
+
+/// What regions and pieces of the boundary (mesh/adapt/pieces.h) were in the input.
 struct BoundaryTags {
-  std::vector<Index> of_piece{kNone};  ///< input tag of piece 1, 2, ...
+  std::vector<Index> of_piece{kNone};  ///< input tag of piece 1, 2, ...; kUnlisted: the input lists no facet
   bool listed = false;                 ///< the input listed boundary facets ...
   bool tagged = false;                 ///< ... with tags
-  std::vector<Index> cell_tags;        ///< the tag that all cells carry, or nothing
+  std::vector<Index> cell_tags;        ///< of the cells of region 0, 1, ...; or nothing
 };
 
-/// REQUIRES positive cells that meet facet to facet. Boundary facets are found from the cells; the list of
-/// the input gives their tags. Errors: kAdapt without cells, with tagged interior facets, and with more
-/// pieces than can be numbered.
+/// REQUIRES positive cells that meet facet to facet. A region is the cells of one tag; where facets with tags
+/// lie between cells of one tag, the connected parts that they cut these into. Boundary facets are found from
+/// the cells; the list of the input gives their tags. Errors: kAdapt without cells, with tagged interior
+/// facets that cut nothing off, and with more regions or pieces than can be numbered.
 template <int D>
 GlobalMesh<D> import_mesh(const Mesh<D>& mesh, const AdaptOptions& options, BoundaryTags& tags);
 
-/// Facets carry the input's tags, those of an input that lists none the numbers of their pieces.
+/// Facets carry the input's tags, those of an input that lists none the numbers of their pieces. Of facets
+/// between regions those are listed whose pieces were; they point out of the one with the lower tag.
 template <int D>
 void export_mesh(const GlobalMesh<D>& global, const BoundaryTags& tags, Mesh<D>& mesh);
 

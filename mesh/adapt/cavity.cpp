@@ -75,6 +75,7 @@ bool Cavity<D>::set_shell(Index c, Index a, Index b, double worst) {
         if (mesh_.cells[n].energy > worst) return false;
         add(n);
       }
+      if (const PieceId piece = mesh_.inner_piece(cells_[k], i)) edge_pieces_.add(piece);
     }
   }
   return true;
@@ -117,6 +118,7 @@ bool Cavity<D>::add_outer_facet(Index c, int i, const Vertex& p, Index id, doubl
   if (outside >= 0) {
     while (mesh_.cells[outside].n[back] != c) ++back;
   }
+  const PieceId inner = mesh_.inner_piece(c, i);
   Star star;
   star.v[0] = id;
   bool contains_p = false;
@@ -133,6 +135,8 @@ bool Cavity<D>::add_outer_facet(Index c, int i, const Vertex& p, Index id, doubl
     d.back = back;
     d.contains_p = contains_p && id != kNone;
     d.matched = false;
+    d.region = cell.region;
+    d.piece = inner;
     dropped_.push_back(d);
     return true;
   }
@@ -154,6 +158,9 @@ bool Cavity<D>::add_outer_facet(Index c, int i, const Vertex& p, Index id, doubl
   star.outside = outside;
   star.back = back;
   star.inner.fill(kNone);
+  star.region = cell.region;
+  star.piece.fill(0);
+  star.piece[0] = inner;
   proposed_worst_ = std::max(proposed_worst_, star.energy);
   proposed_excess_ += star.energy - 1.0;
   stars_.push_back(star);
@@ -161,9 +168,21 @@ bool Cavity<D>::add_outer_facet(Index c, int i, const Vertex& p, Index id, doubl
 }
 
 template <int D>
+bool Cavity<D>::add_inner_facet(Index c, int i, const Vertex& p) {
+  const PieceId piece = mesh_.inner_piece(c, i);
+  if (!p.pieces.contains(piece)) return false;
+  InnerFacet f;
+  for (int k = 0; k < D; ++k) f.v[k] = mesh_.cells[c].v[kCellFacets<D>[i][k]];
+  f.piece = piece;
+  inner_.push_back(f);
+  return true;
+}
+
+template <int D>
 bool Cavity<D>::collect(const Vertex& p, Index id, double worst, double excess) {
   stars_.clear();
   dropped_.clear();
+  inner_.clear();
   normal_piece_ = 0;
   proposed_worst_ = 1.0;
   proposed_excess_ = 0.0;
@@ -171,7 +190,13 @@ bool Cavity<D>::collect(const Vertex& p, Index id, double worst, double excess) 
   for (const Index c : cells_) {
     for (int i = 0; i <= D; ++i) {
       const Index n = mesh_.cells[c].n[i];
-      if (n >= 0 && mesh_.cells[n].mark == mesh_.stamp) continue;
+      if (n >= 0 && mesh_.cells[n].mark == mesh_.stamp) {
+        if (mesh_.cells[c].region < mesh_.cells[n].region && !add_inner_facet(c, i, p)) {
+          blocking_cell_ = kNone;
+          return false;
+        }
+        continue;
+      }
       if (!add_outer_facet(c, i, p, id, worst) || proposed_excess_ >= excess) return false;
     }
   }
@@ -185,6 +210,9 @@ bool Cavity<D>::glue_single(const Ridge& ridge, Index id) {
     for (int k = 0; k < D; ++k) {
       if (d.contains_p ? d.v[k] != id : false) continue;
       if (facet_ridge_key<D>(d.v, k) != ridge.key) continue;
+      PieceId piece = 0;
+      if (d.region != star.region || inner_at(ridge.key, piece) != 0) return false;
+      star.piece[ridge.facet] = d.piece;
       if (d.contains_p) {
         if (d.matched) return false;
         d.matched = true;
@@ -200,6 +228,34 @@ bool Cavity<D>::glue_single(const Ridge& ridge, Index id) {
   return false;
 }
 
+// The number of inner facets that contain the ridge, and the piece of the last.
+template <int D>
+int Cavity<D>::inner_at(std::uint64_t key, PieceId& piece) const {
+  int count = 0;
+  for (const InnerFacet& f : inner_) {
+    for (int k = 0; k < D; ++k) {
+      if (facet_ridge_key<D>(f.v, k) != key) continue;
+      piece = f.piece;
+      ++count;
+    }
+  }
+  return count;
+}
+
+// Two regions meet at the ridge if one facet between regions ends there; where several do, one would lose it.
+template <int D>
+bool Cavity<D>::glue_pair(const Ridge& a, const Ridge& b) {
+  Star &s = stars_[a.star], &t = stars_[b.star];
+  if (!inner_.empty()) {
+    PieceId piece = 0;
+    if (inner_at(a.key, piece) != (s.region == t.region ? 0 : 1)) return false;
+    s.piece[a.facet] = t.piece[b.facet] = piece;
+  }
+  s.inner[a.facet] = b.star;
+  t.inner[b.facet] = a.star;
+  return true;
+}
+
 template <int D>
 bool Cavity<D>::glue(Index id) {
   ridges_.clear();
@@ -210,12 +266,10 @@ bool Cavity<D>::glue(Index id) {
   for (std::size_t r = 0; r < ridges_.size();) {
     std::size_t end = r + 1;
     while (end < ridges_.size() && ridges_[end].key == ridges_[r].key) ++end;
-    if (end - r == 2) {
-      stars_[ridges_[r].star].inner[ridges_[r].facet] = ridges_[r + 1].star;
-      stars_[ridges_[r + 1].star].inner[ridges_[r + 1].facet] = ridges_[r].star;
-    } else if (end - r != 1 || !glue_single(ridges_[r], id)) {
+    if (!(end - r == 2   ? glue_pair(ridges_[r], ridges_[r + 1])
+          : end - r == 1 ? glue_single(ridges_[r], id)
+                         : false))
       return false;
-    }
     r = end;
   }
   for (const Dropped& d : dropped_)
@@ -254,15 +308,18 @@ bool Cavity<D>::lies_beside(const Vertex& p, const Star& facet, int piece) {
   return area_vector<D>(x).dot(normal_) > 0.0;
 }
 
+// Inner ones as their lower region sees them.
 template <int D>
 void Cavity<D>::list_new_facets() {
   boundary_.clear();
   for (const Star& star : stars_) {
     for (int k = 1; k <= D; ++k) {
-      if (star.inner[k] != kNone || !is_boundary(star.outer[k]) || star.outer_back[k] != kNone) continue;
+      const Index beside = star.inner[k];
+      const bool outer = beside == kNone && is_boundary(star.outer[k]) && star.outer_back[k] == kNone;
+      if (!outer && (beside == kNone || star.region >= stars_[beside].region)) continue;
       BoundaryFacet f;
       for (int i = 0; i < D; ++i) f.v[i] = star.v[kCellFacets<D>[k][i]];
-      f.piece = boundary_piece(star.outer[k]);
+      f.piece = outer ? boundary_piece(star.outer[k]) : star.piece[k];
       boundary_.push_back(f);
     }
   }
@@ -275,10 +332,11 @@ bool Cavity<D>::follows_shape(const Vertex& p, Index id) {
   for (const Index c : cells_) {
     const auto& cell = mesh_.cells[c];
     for (int i = 0; i <= D; ++i) {
-      if (!is_boundary(cell.n[i]) || cell.v[i] == id) continue;
+      if (cell.v[i] == id) continue;
+      if (!is_boundary(cell.n[i]) && cell.region >= mesh_.cells[cell.n[i]].region) continue;
       BoundaryFacet f;
       for (int k = 0; k < D; ++k) f.v[k] = cell.v[kCellFacets<D>[i][k]];
-      f.piece = boundary_piece(cell.n[i]);
+      f.piece = mesh_.piece(c, i);
       boundary_.push_back(f);
     }
   }
@@ -343,6 +401,7 @@ Index Cavity<D>::commit(const Vertex& p, Index id) {
     } else {
       slots_[s] = static_cast<Index>(mesh_.cells.size());
       mesh_.cells.emplace_back();
+      if (!mesh_.inner.empty()) mesh_.inner.emplace_back();
     }
   }
   for (std::size_t s = stars_.size(); s < cells_.size(); ++s) {
@@ -356,6 +415,8 @@ Index Cavity<D>::commit(const Vertex& p, Index id) {
     cell.v[0] = id;
     cell.energy = star.energy;
     cell.mark = 0;
+    cell.region = star.region;
+    if (!mesh_.inner.empty()) mesh_.inner[slots_[s]] = star.piece;
     cell.n[0] = star.outside;
     if (star.outside >= 0) mesh_.cells[star.outside].n[star.back] = slots_[s];
     for (int k = 1; k <= D; ++k) {

@@ -3,7 +3,9 @@
 // Split, collapse, swap and point insertion are choices of cavity and point. The star is accepted only when
 // it closes: every facet of a new cell is shared with exactly one other new cell, with the mesh around the
 // cavity, or lies on the boundary of the domain. Together with positive volumes this makes the new cells fill
-// the cavity exactly.
+// the cavity exactly. Where it has cells of several regions, each region's part of it is such a cavity of its
+// own: what p fills stays in its region, and the facets between two regions become the star of p over their
+// rim. p must lie on their pieces.
 #pragma once
 
 #include <limits>
@@ -35,7 +37,7 @@ class Cavity {
   bool grow(Index c, int i);
 
   [[nodiscard]] const std::vector<Index>& cells() const { return cells_; }
-  /// Boundary pieces that the edge of set_shell() lies on; none when it is interior.
+  /// Pieces, outer and inner, that the edge of set_shell() lies on.
   [[nodiscard]] PieceSet edge_pieces() const { return edge_pieces_; }
   [[nodiscard]] double worst_energy() const;
   /// Sum of (energy - 1) over the cells: 0 when all are regular.
@@ -70,12 +72,19 @@ class Cavity {
     std::array<Index, D + 1> inner;  // across facet i >= 1: star index, or kNone and then ...
     std::array<Index, D + 1> outer;  // ... neighbour code
     std::array<int, D + 1> outer_back;
+    PieceId region;
+    std::array<PieceId, D + 1> piece;  // inner piece of each facet, 0 where there is none
   };
   struct Dropped {  // an outer facet that contains p, or lies in a boundary plane through p
     std::array<Index, D> v;
     Index outside;
     int back;
     bool contains_p, matched;
+    PieceId region, piece;  // of its cell in the cavity; inner piece
+  };
+  struct InnerFacet {  // between two regions in the cavity
+    std::array<Index, D> v;
+    PieceId piece;
   };
   struct BoundaryFacet {  // with the vertex that is new there
     std::array<Index, D> v;
@@ -92,7 +101,10 @@ class Cavity {
   bool collect(const Vertex& p, Index id, double worst, double excess);
   bool add_outer_facet(Index c, int i, const Vertex& p, Index id, double worst);
   bool glue(Index id);
+  bool add_inner_facet(Index c, int i, const Vertex& p);
   bool glue_single(const Ridge& ridge, Index id);
+  bool glue_pair(const Ridge& a, const Ridge& b);
+  [[nodiscard]] int inner_at(std::uint64_t key, PieceId& piece) const;
   [[nodiscard]] bool lies_beside(const Vertex& p, const Star& facet, int piece);
   void list_new_facets();
   bool facets_follow(const Vertex& p, Index id) const;
@@ -103,6 +115,7 @@ class Cavity {
   PieceSet edge_pieces_;
   std::vector<Star> stars_;
   std::vector<Dropped> dropped_;
+  std::vector<InnerFacet> inner_;
   std::vector<Ridge> ridges_;
   std::vector<Index> link_;
   std::vector<BoundaryFacet> boundary_;  // new or moved facets

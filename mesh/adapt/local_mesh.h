@@ -2,7 +2,8 @@
 //
 // Facets that the piece shares with the rest of the mesh are frozen: no operation changes them, which is what
 // lets pieces be adapted at the same time. Neighbour codes: >= 0 a cell of the piece, kInterface the rest of
-// the mesh, boundary_code(piece) the boundary of the domain.
+// the mesh, boundary_code(piece) the boundary of the domain. Facets between cells of two regions belong to
+// inner pieces, which are kept like those of the boundary of either region.
 #pragma once
 
 #include <array>
@@ -52,10 +53,13 @@ struct LocalMesh {
     std::array<Index, D + 1> n;  ///< across the facet opposite to v[i]
     double energy = 0.0;         ///< shape_energy() in the largest of its vertices' metrics
     std::uint32_t mark = 0;
+    PieceId region = 0;
   };
 
   std::vector<Vertex> vertices;
   std::vector<Cell> cells;
+  /// The inner pieces of the facets of each cell, 0 where there is none; empty: there are none at all.
+  std::vector<std::array<PieceId, D + 1>> inner;
   std::vector<Index> free_cells, free_vertices;
   const BoundaryShape<D>* shape = nullptr;
   std::uint32_t stamp = 0;         ///< cells with mark == stamp belong to the current cavity
@@ -64,6 +68,12 @@ struct LocalMesh {
   int now = 0;  ///< time: number of the sweep, counted through all passes
 
   [[nodiscard]] bool alive(Index c) const { return cells[c].v[0] != kNone; }
+
+  [[nodiscard]] PieceId inner_piece(Index c, int i) const { return inner.empty() ? 0 : inner[c][i]; }
+  /// The piece, outer or inner, of facet i of a cell; 0: none.
+  [[nodiscard]] int piece(Index c, int i) const {
+    return is_boundary(cells[c].n[i]) ? boundary_piece(cells[c].n[i]) : inner_piece(c, i);
+  }
 
   [[nodiscard]] double length(Index a, Index b) const {
     return edge_length<D>(vertices[a].x, vertices[a].metric, vertices[b].x, vertices[b].metric);

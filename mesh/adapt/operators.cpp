@@ -18,14 +18,31 @@ void Operators<D>::evaluate(Vertex& p) const {
   p.density = p.metric.sqrt_det();
 }
 
+// Of the pieces of p, which is no corner; of three that meet in a line the two that differ most.
+template <int D>
+typename Operators<D>::Normals Operators<D>::normals_at(const Vertex& p) const {
+  Normals found;
+  for (; found.count < std::min(D, p.pieces.size()); ++found.count)
+    found.n[found.count] = mesh_.shape->normal(p.pieces[found.count], p.x);
+  if (found.count < D || D == 2) return found;
+  const auto along = [&](int k, int l) { return std::abs(found.n[k].dot(found.n[l])); };
+  found.count = 2;
+  if (along(0, 2) < along(0, 1) && along(0, 2) <= along(1, 2))
+    found.n[1] = found.n[2];
+  else if (along(1, 2) < along(0, 1))
+    found.n[0] = found.n[2];
+  return found;
+}
+
 // The part of v that is tangential to all pieces of p.
 template <int D>
 Vec<D> Operators<D>::within_pieces(Vec<D> v, const Vertex& p) const {
   constexpr double kParallel = 1e-9;
   std::array<Vec<D>, D> normals;  // orthonormal
   int count = 0;
-  for (int k = 0; k < p.pieces.size() && count < D; ++k) {
-    Vec<D> n = mesh_.shape->normal(p.pieces[k], p.x);
+  const Normals given = normals_at(p);
+  for (int k = 0; k < given.count; ++k) {
+    Vec<D> n = given.n[k];
     for (int i = 0; i < count; ++i) n -= normals[i].dot(n) * normals[i];
     if (count > 0 && n.norm() <= kParallel) continue;
     if (count > 0) n.normalize();

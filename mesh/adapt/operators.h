@@ -82,6 +82,11 @@ class Operators {
 
   [[nodiscard]] bool changed(Index v) const { return mesh_.vertices[v].changed >= since_; }
   void evaluate(Vertex& p) const;
+  struct Normals {
+    std::array<Vec<D>, D> n;
+    int count = 0;
+  };
+  [[nodiscard]] Normals normals_at(const Vertex& p) const;
   [[nodiscard]] Vec<D> within_pieces(Vec<D> v, const Vertex& p) const;
   /// Moves p by the part of the step that keeps it on its pieces.
   void slide(Vertex& p, const Vec<D>& step) const;

@@ -1,4 +1,5 @@
-// The pieces of the boundary that a vertex, edge or facet lies on, in the eight bytes of a word.
+// The pieces of the boundary, outer or between two regions, that a vertex, edge or facet lies on, in the
+// eight bytes of a word.
 #pragma once
 
 #include <bit>
@@ -40,13 +41,14 @@ class PieceSet {
     const std::uint64_t above = k == 3 ? 0 : (word_ & ~below) << 16U;
     word_ = (word_ & below) | static_cast<std::uint64_t>(piece) << 16 * k | above;
   }
-  /// Marks a corner that the number of its pieces does not tell.
+  /// Marks a corner that the number of its pieces need not tell.
   void fix() { add(kFixed); }
-  /// Whether a vertex with these pieces has nowhere to go: a corner, in 2D every border of two pieces.
+  /// Whether a vertex with these pieces has nowhere to go: a corner, in 2D every border of two pieces, in 3D
+  /// lines where four meet.
   template <int D>
   [[nodiscard]] bool is_corner() const {
     const int n = size();
-    return n >= D || (n > 0 && (*this)[n - 1] == kFixed);
+    return n >= (D == 2 ? 2 : 4) || (n > 0 && (*this)[n - 1] == kFixed);
   }
   bool operator==(const PieceSet&) const = default;
 

@@ -23,6 +23,7 @@ constexpr std::size_t kFewPlanes = 31;  // more planes at small angles than that
 template <int D>
 struct Plane {
   Index tag;
+  bool inner;
   Vec<D> normal, point;
 };
 
@@ -34,7 +35,7 @@ struct Joint {
 
 struct Ridge {
   Index point, other;
-  std::array<PieceId, 2> between;  // ascending
+  PieceSet between;  // two or three
 };
 
 template <int D>
@@ -50,8 +51,13 @@ class Finder {
   Pieces<D> find(double tolerance, double ridge_angle) {
     list_joints();
     join_facets();
-    number_planes(planar_facets());
-    number_patches();
+    const std::vector<std::size_t> planar = planar_facets();
+    pieces_.of_facet.assign(facets_.size(), 0);
+    for (const bool inner : {false, true}) {
+      if (inner) pieces_.shape.first_inner = static_cast<PieceId>(pieces_.tags.size());
+      number_planes(planar, inner);
+      number_patches(inner);
+    }
     pieces_.of_point.resize(points_.size());
     for (std::size_t f = 0; f < facets_.size(); ++f)
       for (const Index v : facets_[f].vertices) pieces_.of_point[v].add(pieces_.of_facet[f]);
@@ -91,10 +97,20 @@ class Finder {
     }
   }
 
+  [[nodiscard]] bool turns_little(std::size_t f, std::size_t g) const {
+    const Vec<D>&a = facets_[f].area, &b = facets_[g].area;
+    return a.dot(b) >= least_ * a.norm() * b.norm();
+  }
+
   [[nodiscard]] bool smooth(const Joint<D>* begin, const Joint<D>* end) const {
     if (end - begin != 2) return false;
     const BoundaryFacet<D>&f = facets_[begin[0].facet], &g = facets_[begin[1].facet];
-    return f.tag == g.tag && f.area.dot(g.area) >= least_ * f.area.norm() * g.area.norm();
+    return f.tag == g.tag && f.regions == g.regions && turns_little(begin[0].facet, begin[1].facet);
+  }
+
+  // The inner facets at a joint follow the outer ones, as they do in the list.
+  [[nodiscard]] const Joint<D>* first_inner(const Joint<D>* begin, const Joint<D>* end) const {
+    return std::find_if(begin, end, [&](const Joint<D>& j) { return facets_[j.facet].is_inner(); });
   }
 
   std::size_t root(std::size_t f) {
@@ -106,16 +122,22 @@ class Finder {
   void join_facets() {
     patch_.resize(facets_.size());
     std::iota(patch_.begin(), patch_.end(), std::size_t{0});
-    for_each_joint([&](const Joint<D>* begin, const Joint<D>* end) {
+    const auto join = [&](const Joint<D>* begin, const Joint<D>* end) {
       if (!smooth(begin, end)) return;
       const std::size_t a = root(begin[0].facet), b = root(begin[1].facet);
       patch_[std::max(a, b)] = std::min(a, b);
+    };
+    for_each_joint([&](const Joint<D>* begin, const Joint<D>* end) {
+      const Joint<D>* inner = first_inner(begin, end);
+      join(begin, inner);
+      join(inner, end);
     });
     for (std::size_t f = 0; f < patch_.size(); ++f) patch_[f] = root(f);
   }
 
   [[nodiscard]] bool lies_in(const BoundaryFacet<D>& f, const Plane<D>& plane) const {
-    if (f.tag != plane.tag || plane.normal.dot(f.area) < 0.0) return false;
+    if (f.tag != plane.tag || f.is_inner() != plane.inner) return false;
+    if (!plane.inner && plane.normal.dot(f.area) < 0.0) return false;
     return std::all_of(f.vertices.begin(), f.vertices.end(), [&](Index v) {
       return std::abs(plane.normal.dot(points_[v] - plane.point)) <= flat_;
     });
@@ -133,7 +155,8 @@ class Finder {
       plane_of.emplace_back(i, static_cast<std::size_t>(found - planes.begin()));
       if (found != planes.end()) continue;
       if (planes.size() == most) return false;
-      planes.push_back({facets_[i].tag, facets_[i].area.normalized(), points_[facets_[i].vertices[0]]});
+      planes.push_back({facets_[i].tag, facets_[i].is_inner(), facets_[i].area.normalized(),
+                        points_[facets_[i].vertices[0]]});
     }
     return true;
   }
@@ -183,21 +206,23 @@ class Finder {
 
   PieceId add_piece(Index tag, const Vec<D>& normal) {
     if (pieces_.tags.size() > kMostPieces)
-      throw Error(ErrorCode::kAdapt,
-                  fmt::format("the boundary has more than {} pieces between its ridges: its mesh is too "
-                              "coarse to tell them, or --ridge-angle too small",
-                              kMostPieces));
+      throw Error(
+          ErrorCode::kAdapt,
+          fmt::format("the boundary, with that between cell tags, has more than {} pieces between its "
+                      "ridges: its mesh is too coarse to tell them, or --ridge-angle too small, or "
+                      "the cell tags are no regions to keep (--cell-tags drop)",
+                      kMostPieces));
     pieces_.tags.push_back(tag);
     pieces_.shape.normals.push_back(normal);
     return static_cast<PieceId>(pieces_.tags.size() - 1);
   }
 
   // In the order of their tags, those of one tag in that of their largest facets.
-  void number_planes(const std::vector<std::size_t>& planar) {
-    pieces_.of_facet.assign(facets_.size(), 0);
+  void number_planes(std::vector<std::size_t> planar, bool inner) {
+    std::erase_if(planar, [&](std::size_t f) { return facets_[f].is_inner() != inner; });
     std::vector<Plane<D>> planes;
     std::vector<std::pair<std::size_t, std::size_t>> plane_of;
-    find_planes(planar, facets_.size(), planes, plane_of);
+    find_planes(std::move(planar), facets_.size(), planes, plane_of);
     std::vector<std::size_t> by_tag(planes.size());
     std::iota(by_tag.begin(), by_tag.end(), std::size_t{0});
     std::stable_sort(by_tag.begin(), by_tag.end(),
@@ -208,26 +233,45 @@ class Finder {
   }
 
   // Those that are curved, in the order of their tags, those of one tag in that of their first facets.
-  void number_patches() {
+  void number_patches(bool inner) {
+    const auto waits = [&](std::size_t f) {
+      return pieces_.of_facet[f] == 0 && facets_[f].is_inner() == inner;
+    };
     std::vector<std::pair<Index, std::size_t>> curved;
     for (std::size_t f = 0; f < facets_.size(); ++f)
-      if (pieces_.of_facet[f] == 0 && patch_[f] == f) curved.emplace_back(facets_[f].tag, f);
+      if (waits(f) && patch_[f] == f) curved.emplace_back(facets_[f].tag, f);
     std::sort(curved.begin(), curved.end());
     for (const auto& [tag, first] : curved) pieces_.of_facet[first] = add_piece(tag, Vec<D>::Zero());
     for (std::size_t f = 0; f < facets_.size(); ++f)
-      if (pieces_.of_facet[f] == 0) pieces_.of_facet[f] = pieces_.of_facet[patch_[f]];
+      if (waits(f)) pieces_.of_facet[f] = pieces_.of_facet[patch_[f]];
   }
 
-  [[nodiscard]] bool curved(PieceId piece) const { return pieces_.shape.normals[piece].isZero(0.0); }
+  [[nodiscard]] bool curved(int piece) const {
+    return pieces_.shape.normals[static_cast<std::size_t>(piece)].isZero(0.0);
+  }
+
+  // The pieces at a joint where two or three smooth ones end or meet; none elsewhere.
+  [[nodiscard]] PieceSet meeting_at(const Joint<D>* begin, const Joint<D>* end) const {
+    const auto outer = first_inner(begin, end) - begin;
+    if (outer != 0 && outer != 2) return {};
+    PieceSet pieces;
+    for (const Joint<D>* j = begin; j != end; ++j) {
+      const PieceId piece = pieces_.of_facet[j->facet];
+      for (const Joint<D>* k = begin; k != j; ++k)
+        if (pieces_.of_facet[k->facet] == piece && curved(piece) && !turns_little(j->facet, k->facet))
+          return {};
+      pieces.add(piece);
+    }
+    return pieces.size() == 2 || pieces.size() == 3 ? pieces : PieceSet();
+  }
 
   // Points where borders of pieces meet, and all along a ridge within one piece.
   void fix_corners() {
     for_each_joint([&](const Joint<D>* begin, const Joint<D>* end) {
-      std::array<PieceId, 2> between = {pieces_.of_facet[begin[0].facet], pieces_.of_facet[end[-1].facet]};
-      if (between[0] == between[1] && smooth(begin, end)) return;
+      if (pieces_.of_facet[begin->facet] == pieces_.of_facet[end[-1].facet] && smooth(begin, end)) return;
       if constexpr (D == 3) {
-        if (end - begin == 2 && between[0] != between[1]) {
-          std::sort(between.begin(), between.end());
+        const PieceSet between = meeting_at(begin, end);
+        if (!between.empty()) {
           ridges_.push_back({begin->points[0], begin->points[1], between});
           ridges_.push_back({begin->points[1], begin->points[0], between});
           return;
@@ -238,8 +282,12 @@ class Finder {
     if constexpr (D == 3) fix_ends_of_ridges();
   }
 
-  // Points where ridges end, meet or turn sharply.
+  // Points where ridges end, meet or turn sharply, and where pieces meet in nothing but the point.
   void fix_ends_of_ridges() {
+    std::vector<char> on_ridge(points_.size(), 0);
+    for (const Ridge& r : ridges_) on_ridge[r.point] = 1;
+    for (std::size_t v = 0; v < points_.size(); ++v)
+      if (on_ridge[v] == 0 && pieces_.of_point[v].size() > 1) fix(static_cast<Index>(v));
     std::sort(ridges_.begin(), ridges_.end(), [](const Ridge& e, const Ridge& f) {
       return e.point != f.point ? e.point < f.point : e.other < f.other;
     });
@@ -248,7 +296,7 @@ class Finder {
       while (end < ridges_.size() && ridges_[end].point == ridges_[begin].point) ++end;
       const Ridge &e = ridges_[begin], &f = ridges_[end - 1];
       const Vec<D> before = points_[e.point] - points_[e.other], after = points_[f.other] - points_[e.point];
-      if (end - begin != 2 || e.between != f.between ||
+      if (end - begin != 2 || e.between != f.between || pieces_.of_point[e.point] != e.between ||
           before.dot(after) < least_ * before.norm() * after.norm())
         fix(e.point);
       begin = end;
@@ -260,10 +308,11 @@ class Finder {
   }
 
   // Whether the ridge is the line that two planes have in common.
-  [[nodiscard]] bool told_by_planes(const Ridge& r) const {
+  [[nodiscard]] bool told_by_planes(int p, int q) const {
     constexpr double kParallel = 1.0 - 1e-6;
-    const auto &a = pieces_.shape.normals[r.between[0]], &b = pieces_.shape.normals[r.between[1]];
-    return !curved(r.between[0]) && !curved(r.between[1]) && std::abs(a.dot(b)) < kParallel;
+    const auto& normals = pieces_.shape.normals;
+    const Vec<D>&a = normals[static_cast<std::size_t>(p)], &b = normals[static_cast<std::size_t>(q)];
+    return !curved(p) && !curved(q) && std::abs(a.dot(b)) < kParallel;
   }
 
   // The curved pieces and the ridges that planes do not tell, with the points they need.
@@ -284,10 +333,16 @@ class Finder {
       for (Index& v : shape.facets.back()) keep(v);
     }
     for (const Ridge& r : ridges_) {
-      if (r.point > r.other || told_by_planes(r)) continue;
-      shape.ridges.push_back({r.point, r.other});
-      shape.ridge_pieces.push_back(r.between);
-      for (Index& v : shape.ridges.back()) keep(v);
+      if (r.point > r.other) continue;
+      for (int k = 1; k < r.between.size(); ++k) {
+        for (int l = 0; l < k; ++l) {
+          if (told_by_planes(r.between[l], r.between[k])) continue;
+          shape.ridges.push_back({r.point, r.other});
+          shape.ridge_pieces.push_back(
+              {static_cast<PieceId>(r.between[l]), static_cast<PieceId>(r.between[k])});
+          for (Index& v : shape.ridges.back()) keep(v);
+        }
+      }
     }
   }
 

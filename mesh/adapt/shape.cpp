@@ -130,7 +130,11 @@ const detail::BoxTree* BoundaryShape<D>::ridge_between(int piece, int other) con
 template <int D>
 bool BoundaryShape<D>::projects(PieceSet pieces) const {
   if (flat() || pieces.empty() || pieces.is_corner<D>()) return false;
-  return pieces.size() == 1 ? curved(pieces[0]) : ridge_between(pieces[0], pieces[1]) != nullptr;
+  if (pieces.size() == 1) return curved(pieces[0]);
+  for (int k = 1; k < pieces.size(); ++k)
+    for (int l = 0; l < k; ++l)
+      if (ridge_between(pieces[l], pieces[k]) == nullptr) return false;
+  return true;
 }
 
 template <int D>

@@ -1,5 +1,5 @@
-// The boundary of the mesh as it was given: planes, and the facets of curved pieces with the ridges between
-// them, which new and moved vertices are put on.
+// The boundary of the mesh and of its regions as it was given: planes, and the facets of curved pieces with
+// the ridges between them, which new and moved vertices are put on.
 #pragma once
 
 #include <array>
@@ -24,10 +24,12 @@ Vec<D> area_vector(const std::array<Vec<D>, D>& f) {
 template <int D>
 struct ShapeData {
   std::vector<Vec<D>> normals = {Vec<D>::Zero()};  ///< unit, outward, of flat piece p; zero: p is curved
+  PieceId first_inner = 0xffff;                    ///< pieces from here on lie between two regions
   std::vector<Vec<D>> points;
   std::vector<std::array<Index, D>> facets;  ///< of curved pieces, outward
   std::vector<PieceId> facet_pieces;
-  /// In 3D: edges between two pieces, unless they are planes that meet at an angle.
+  /// In 3D: edges between two pieces, unless they are planes that meet at an angle; of three one for each
+  /// pair.
   std::vector<std::array<Index, 2>> ridges;
   std::vector<std::array<PieceId, 2>> ridge_pieces;  ///< ascending
   double tolerance = 0.0;                            ///< distance that a facet may keep from its piece
@@ -43,12 +45,16 @@ class BoundaryShape {
 
   /// Whether normals tell all pieces and ridges.
   [[nodiscard]] bool flat() const { return data_.points.empty(); }
+  /// Whether the piece lies between two regions.
+  [[nodiscard]] bool is_inner(int piece) const {
+    return piece >= data_.first_inner && piece < static_cast<int>(data_.normals.size());
+  }
   [[nodiscard]] bool curved(int piece) const { return !trees_[static_cast<std::size_t>(piece)].empty(); }
   /// Whether project() may move a point.
   [[nodiscard]] bool projects(PieceSet pieces) const;
   /// Unit outward normal of the piece, of a curved one at its point nearest to x.
   [[nodiscard]] Vec<D> normal(int piece, const Vec<D>& x) const;
-  /// The nearest point of the piece, or of the ridge between two pieces; x where normals tell these.
+  /// The nearest point of the piece, or of the ridge between two or three; x where normals tell these.
   /// Corners give x.
   [[nodiscard]] Vec<D> project(PieceSet pieces, const Vec<D>& x) const;
   /// Whether a facet, outward, may stand for a part of that curved piece.

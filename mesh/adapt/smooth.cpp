@@ -95,8 +95,9 @@ typename Operators<D>::NewtonStep Operators<D>::newton_step(Index a, int power) 
   }
   std::array<Vec<D>, D> fixed;  // orthonormal directions in which a may not move
   int fixed_count = 0;
-  for (int t = 0; t < va.pieces.size() && fixed_count < D; ++t) {
-    Vec<D> n = (to_space.transpose() * mesh_.shape->normal(va.pieces[t], va.x)).normalized();
+  const Normals normals = normals_at(va);
+  for (int t = 0; t < normals.count; ++t) {
+    Vec<D> n = (to_space.transpose() * normals.n[t]).normalized();
     for (int k = 0; k < fixed_count; ++k) n -= fixed[k].dot(n) * fixed[k];
     if (n.norm() > 1e-9) fixed[fixed_count++] = n.normalized();
   }

@@ -81,7 +81,7 @@ class Reader {
   std::string_view rest_;
 };
 
-constexpr std::uint64_t kFormat = 0x31'6e'73'61'6e'69'6d'61ULL;
+constexpr std::uint64_t kFormat = 0x32'6e'73'61'6e'69'6d'61ULL;
 
 // What must agree: format, dimension, sizes of what is stored as it lies in memory, options.
 template <int D>
@@ -98,7 +98,8 @@ std::vector<std::uint64_t> head_of(const AdaptOptions& o) {
           static_cast<std::uint64_t>(o.align),
           static_cast<std::uint64_t>(o.block_vertices),
           std::bit_cast<std::uint64_t>(o.hausdorff),
-          std::bit_cast<std::uint64_t>(o.ridge_angle)};
+          std::bit_cast<std::uint64_t>(o.ridge_angle),
+          static_cast<std::uint64_t>(o.keep_cell_tags)};
 }
 
 template <class Visitor, class State>
@@ -114,6 +115,7 @@ void visit(Visitor& v, State& s) {
   v(s.mesh.changed);
   v(s.mesh.cells);
   v(s.mesh.facet_pieces);
+  v(s.mesh.regions);
   v(s.mesh.bounds);
   v(s.tags.of_piece);
   v(s.tags.listed);
@@ -126,6 +128,7 @@ void visit(Visitor& v, State& s) {
 template <class Visitor, class Shape>
 void visit_shape(Visitor& v, Shape& s) {
   v(s.normals);
+  v(s.first_inner);
   v(s.points);
   v(s.facets);
   v(s.facet_pieces);
@@ -139,8 +142,11 @@ template <int D>
 bool consistent(const AdaptState<D>& s, const ShapeData<D>& shape) {
   const std::size_t n = s.mesh.x.size(), cells = s.mesh.cells.size();
   if (s.next > s.floors.size() || s.mesh.metric.size() != n || s.mesh.pieces.size() != n ||
-      s.mesh.level.size() != n || s.mesh.changed.size() != n || s.mesh.facet_pieces.size() != cells)
+      s.mesh.level.size() != n || s.mesh.changed.size() != n || s.mesh.facet_pieces.size() != cells ||
+      (!s.mesh.regions.empty() && s.mesh.regions.size() != cells))
     return false;
+  for (const PieceId region : s.mesh.regions)
+    if (region >= s.tags.cell_tags.size() && !s.tags.cell_tags.empty()) return false;
   for (const auto& cell : s.mesh.cells)
     for (const Index v : cell)
       if (v < 0 || static_cast<std::size_t>(v) >= n) return false;

@@ -226,21 +226,6 @@ TYPED_TEST(Adapt, FindsTheFlatPiecesOfATag) {
   }
 }
 
-TYPED_TEST(Adapt, RefusesTaggedFacetsWithin) {
-  constexpr int D = TypeParam::value;
-  Mesh<D> mesh = make_seed<D>(unit_box<D>(), 0.5, SeedKind::kLattice);
-  const Validation before = validate<D>(mesh);
-  for (const auto& cell : mesh.cells) {  // every facet of every cell: most of them lie within
-    std::array<Index, D> f;
-    for (int k = 0; k < D; ++k) f[k] = cell[kCellFacets<D>[0][k]];
-    mesh.facets.push_back(f);
-    mesh.facet_tags.push_back(99);
-  }
-  ASSERT_GT(static_cast<std::int64_t>(mesh.facets.size()), before.boundary_facets);
-  std::vector<Metric<D>> metric;
-  EXPECT_THROW(adapt<D>(mesh, Uniform<D>(0.5), metric, AdaptOptions{}), Error);
-}
-
 TYPED_TEST(Adapt, StopsWhenAsked) {
   constexpr int D = TypeParam::value;
   class Stop : public Progress {
