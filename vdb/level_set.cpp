@@ -42,6 +42,14 @@ void check_options(const LevelSetOptions& o) {
         o.feature_angle_degrees, "(0, 180]");
 }
 
+detail::LoadedGrid load_checked(const std::filesystem::path& path, const LevelSetOptions& options,
+                                double scale) {
+  check_options(options);
+  if (!(scale > 0.0) || !std::isfinite(scale))
+    throw Error(ErrorCode::kParameter, fmt::format("level set: scale = {:g} is not in (0, inf)", scale));
+  return detail::load_grid(path, options, scale);
+}
+
 double area_of(const detail::Topology& topology) {
   double area = 0.0;
   for (const double a : topology.areas) area += a;
@@ -196,11 +204,8 @@ LevelSet LevelSet::from_outline(const Outline& outline, const LevelSetOptions& o
 
 LevelSet LevelSet::from_vdb(const std::filesystem::path& path, const LevelSetOptions& options, double scale,
                             Progress* progress) {
-  check_options(options);
-  if (!(scale > 0.0) || !std::isfinite(scale))
-    throw Error(ErrorCode::kParameter, fmt::format("level set: scale = {:g} is not in (0, inf)", scale));
   auto impl = std::make_unique<Impl>();
-  detail::LoadedGrid loaded = detail::load_grid(path, options, scale);
+  detail::LoadedGrid loaded = load_checked(path, options, scale);
   if (progress != nullptr) progress->check_cancelled();
   const double half_width = loaded.half_width_vox;
   auto wall = std::make_unique<detail::SplineWall>(std::move(loaded));
@@ -217,6 +222,12 @@ LevelSet LevelSet::from_vdb(const std::filesystem::path& path, const LevelSetOpt
         wall->blur()));
   impl->wall = std::move(wall);
   return LevelSet(std::move(impl));
+}
+
+Outline section_of_vdb(const std::filesystem::path& path, const LevelSetOptions& options, double scale,
+                       int axis, double offset, std::vector<std::string>& warnings) {
+  return detail::SplineWall(load_checked(path, options, scale))
+      .section(axis, offset, path.string(), warnings);
 }
 
 void LevelSet::sample(std::span<const Vec3> points, std::span<WallPoint> out) const {

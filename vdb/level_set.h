@@ -101,6 +101,14 @@ class LevelSet : public WallField {
   std::unique_ptr<Impl> impl_;
 };
 
+/// The section of the wall of a .vdb body by the plane where coordinate `axis` is `offset` (after scaling),
+/// in the other two coordinates in the order x, y, z: closed curves through points of the wall half a voxel
+/// apart, splines unless they turn by more than 30 degrees from point to point. Curves of two voxels and less
+/// are left out, with a warning. Errors: those of LevelSet::from_vdb and of slice(); kSurfaceInvalid where
+/// the grid ends before the wall does; kDomain where all curves are left out.
+Outline section_of_vdb(const std::filesystem::path& path, const LevelSetOptions& options, double scale,
+                       int axis, double offset, std::vector<std::string>& warnings);
+
 /// Number of grid voxels along the longest extent of the body when no voxel size is given.
 inline constexpr double kDefaultVoxelsAcross = 200.0;
 

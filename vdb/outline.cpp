@@ -35,11 +35,18 @@ bool holds(const std::vector<Vec2>& polygon, const Vec2& x) {
 
 void drop_repeated(OutlineCurve& curve, double tolerance, OutlineReport& report) {
   std::vector<Vec2> kept;
-  for (const Vec2& x : curve.points)
-    if (kept.empty() || (x - kept.back()).norm() > tolerance) kept.push_back(x);
+  std::vector<double> curvature;
+  for (std::size_t i = 0; i < curve.points.size(); ++i) {
+    const Vec2& x = curve.points[i];
+    if (!kept.empty() && (x - kept.back()).norm() <= tolerance) continue;
+    kept.push_back(x);
+    if (!curve.curvature.empty()) curvature.push_back(curve.curvature[i]);
+  }
   while (curve.closed && kept.size() > 1 && (kept.back() - kept.front()).norm() <= tolerance) kept.pop_back();
   report.duplicates += static_cast<std::int64_t>(curve.points.size() - kept.size());
   curve.points = std::move(kept);
+  if (!curvature.empty()) curvature.resize(curve.points.size());
+  curve.curvature = std::move(curvature);
 }
 
 void check_extent(const OutlineCurve& curve, std::size_t number, double extent, const std::string& name) {
@@ -113,6 +120,7 @@ OutlineReport clean(Outline& outline, const std::string& name) {
       if (&other != &curve && other.closed && holds(other.points, curve.points[0])) solid = !solid;
     if ((signed_area(curve.points) > 0.0) == solid) continue;
     std::reverse(curve.points.begin(), curve.points.end());
+    std::reverse(curve.curvature.begin(), curve.curvature.end());
     ++report.turned;
   }
   if (report.duplicates > 0)

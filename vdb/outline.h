@@ -14,6 +14,8 @@ struct OutlineCurve {
   std::vector<Vec2> points;  ///< in order; of a closed curve the first one is not repeated
   bool closed = true;
   bool smooth = false;  ///< a cubic spline through the points, with corners where it turns sharply
+  /// Of the wall that chords stand for, at each point; > 0 where the solid is convex. Empty: from the points.
+  std::vector<double> curvature = {};
 };
 
 struct Outline {

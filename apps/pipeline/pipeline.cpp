@@ -256,8 +256,6 @@ void check_kind(const Case& c, BodyKind kind) {
   const LevelSetOptions& o = c.level_set;
   if (kind == BodyKind::kProfile)
     refuse(c.slice.has_value(), "--slice", "is for bodies in space: this is a profile");
-  if (kind == BodyKind::kVdb)
-    refuse(c.slice.has_value(), "--slice", "is for surfaces: convert the level set into an .stl first");
   if (kind != BodyKind::kProfile && !c.slice) {
     refuse(c.polyline, "--polyline", "is for profiles: this is a body in space");
     refuse(c.spline, "--spline", "is for profiles: this is a body in space");
@@ -317,6 +315,16 @@ Body load_profile(const Case& c, double scale) {
   return profile_body(c, std::move(outline));
 }
 
+Body load_vdb(const Case& c, double scale, Progress* progress) {
+  if (!c.slice)
+    return {.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress), .kind = BodyKind::kVdb};
+  std::vector<std::string> warnings;
+  Body body =
+      profile_body(c, section_of_vdb(c.body, c.level_set, scale, c.slice->axis, c.slice->offset, warnings));
+  body.outline.warnings.insert(body.outline.warnings.begin(), warnings.begin(), warnings.end());
+  return body;
+}
+
 BodyKind kind_of(const fs::path& path) {
   if (is_outline_file(path)) return BodyKind::kProfile;
   return lower_extension(path) == ".vdb" ? BodyKind::kVdb : BodyKind::kSurface;
@@ -363,9 +371,8 @@ Body load_body(const Case& c, Progress* progress) {
   const bool planar = kind == BodyKind::kProfile || c.slice.has_value();
   if (c.metric) user = planar ? load_metric<2>(c) : load_metric<3>(c);
   Body body = kind == BodyKind::kProfile ? load_profile(c, scale)
-              : kind == BodyKind::kVdb
-                  ? Body{.level_set = LevelSet::from_vdb(c.body, c.level_set, scale, progress), .kind = kind}
-                  : load_surface(c, scale, progress);
+              : kind == BodyKind::kVdb   ? load_vdb(c, scale, progress)
+                                         : load_surface(c, scale, progress);
   body.painted = std::move(painted);
   body.user = std::move(user);
   return body;

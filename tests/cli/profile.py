@@ -113,6 +113,23 @@ class Profile(Case):
         missed = lamina("mesh", body, "--slice", "z=1e3", "-o", self.dir / "d.vtu")
         self.assert_one_error(missed, BAD_INPUT, "misses the body")
 
+    def test_section_of_a_level_set(self):
+        self.run_ok("levelset", self.sample("torus"), "--voxel", 0.01, "-o", self.dir / "t.vdb")
+        flags = ("--slice", "z=0.05", "--hmin", 5e-3, "--layers", 4, "-o", self.dir / "c.vtu", "--report",
+                 self.dir / "c.json")
+        for extra in ((), ("--polyline",)):
+            self.run_ok("mesh", self.dir / "t.vdb", *flags, *extra)
+            told = support.read_json(self.dir / "c.json")
+            self.judge(told, 0.98, 0.3, 0.9)
+        missed = lamina("mesh", self.dir / "t.vdb", "--slice", "z=0.2", "-o", self.dir / "d.vtu")
+        self.assert_one_error(missed, BAD_INPUT, "misses the body")
+
+    def test_sections_of_level_sets_of_others(self):
+        for name, plane in (("made_sphere_half", "x=0.1"), ("zeno_sphere", "y=0.4"), ("made_f1_torcs_levelset", "x=4")):
+            self.run_ok("mesh", self.data(f"vdb/{name}.vdb"), "--slice", plane, "--hmin", 1e-2, "--layers", 4,
+                        "-o", self.dir / "c.vtu", "--report", self.dir / "c.json")
+            self.judge(support.read_json(self.dir / "c.json"), 0.98, 0.3, 0.9)
+
     def test_bad_profiles_say_what_to_do(self):
         for text, flags, words in (("t\n1 0\n.5 0.o5\n", (), "a.dat:3:"),
                                    ("t\n1 0\n.5 .1\n0 0\n.5 -.1\n1 0\n", ("--domain", 0, 0, 0, 1, 1, 1), "x0 y0 x1 y1"),

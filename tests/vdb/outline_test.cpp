@@ -86,6 +86,13 @@ TEST(Outline, CleaningOrientsSolidsAndHoles) {
   EXPECT_EQ(o.curves[1].points.front(), inner.back());
 }
 
+TEST(Outline, CleaningKeepsCurvatureWithItsPoint) {
+  Outline o{{{.points = {{0, 0}, {0, 0}, {0, 1}, {1, 0}, {0, 0}}, .curvature = {1, 9, 2, 3, 8}}}};
+  EXPECT_EQ(clean(o, "f").duplicates, 2);
+  EXPECT_EQ(o.curves[0].points, (std::vector<Vec2>{{1, 0}, {0, 1}, {0, 0}}));
+  EXPECT_EQ(o.curves[0].curvature, (std::vector<double>{3, 2, 1}));
+}
+
 TEST(Outline, CleaningRefusesWhatIsNoCurve) {
   Outline dot{{{.points = {{1, 1}, {1, 1}}, .closed = false}}};
   EXPECT_THROW(clean(dot, "f"), Error);

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <numbers>
 
+#include "tests/vdb/message_of.h"
 #include "tests/vdb/test_surfaces.h"
 
 namespace lamina::detail {
@@ -180,6 +182,89 @@ TEST(SplineWall, BlurIsForRoughGridsOnly) {
   for (const Vec3& p : start.points) off.push_back(std::abs(wall.at(p).k1 * 0.15 - 1.0));
   std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
   EXPECT_LT(off[off.size() / 2], 0.15);  // unblurred: above 1
+}
+
+// The torus cut at z = 0.05: circles of radii 0.5 +- sqrt(0.15^2 - 0.05^2).
+constexpr double kTube = 0.02;  // 0.15^2 - 0.05^2
+
+TEST(SplineSection, IsTheCurveItselfUnderAnyTransform) {
+  const Surface start = torus(0.5, 0.15, 100, 40);
+  Lattice skew;
+  skew.A = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix() *
+           Vec3(0.01, 0.008, 0.012).asDiagonal();
+  const SplineWall wall(sample(torus_distance, skew, 0.045, start, 37.0));
+  std::vector<std::string> warnings;
+  const Outline cut = wall.section(2, 0.05, "f", warnings);
+  ASSERT_EQ(cut.curves.size(), 2u);
+  EXPECT_TRUE(warnings.empty());
+  for (const OutlineCurve& curve : cut.curves) {
+    EXPECT_TRUE(curve.closed && curve.smooth && curve.curvature.empty());
+    const double radius = 0.5 + std::copysign(std::sqrt(kTube), curve.points[0].norm() - 0.5);
+    const std::size_t n = curve.points.size();
+    const double step = 2.0 * std::numbers::pi * radius / static_cast<double>(n);
+    EXPECT_NEAR(step, 0.5 * wall.voxel(), 0.01 * wall.voxel());
+    for (std::size_t i = 0; i < n; ++i) {
+      EXPECT_NEAR(curve.points[i].norm(), radius, 1e-6);
+      EXPECT_NEAR((curve.points[(i + 1) % n] - curve.points[i]).norm(), step, 0.2 * step);
+    }
+  }
+}
+
+TEST(SplineSection, AxesKeepTheirOrder) {
+  const Vec3 center(0.1, 0.2, 0.3);
+  const auto f = [&](const Vec3& x) { return (x - center).norm() - 0.2; };
+  Lattice plain;
+  plain.A = 0.02 * Mat3::Identity();
+  const SplineWall wall(sample(f, plain, 0.08, sphere(0.2, 12, center)));
+  std::vector<std::string> warnings;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Outline cut = wall.section(axis, center[axis] + 0.05, "f", warnings);
+    ASSERT_EQ(cut.curves.size(), 1u);
+    const Vec2 middle(center[axis == 0 ? 1 : 0], center[axis == 2 ? 1 : 2]);
+    for (const Vec2& x : cut.curves[0].points) EXPECT_NEAR((x - middle).norm(), std::sqrt(0.0375), 1e-5);
+  }
+}
+
+TEST(SplineSection, RoughGridsKeepTheirWallAndBlurItsCurvature) {
+  Lattice plain;
+  plain.A = 0.01 * Mat3::Identity();
+  Dice dice(2);
+  const auto rough = [&](const Vec3& x) { return torus_distance(x) + dice.uniform(-3e-4, 3e-4); };
+  const SplineWall wall(sample(rough, plain, 0.04, torus(0.5, 0.15, 100, 40)));
+  std::vector<std::string> warnings;
+  for (const OutlineCurve& curve : wall.section(2, 0.05, "f", warnings).curves) {
+    const double mean = curve.points[0].norm(), side = mean < 0.5 ? -1.0 : 1.0;
+    EXPECT_FALSE(curve.smooth);
+    ASSERT_EQ(curve.curvature.size(), curve.points.size());
+    std::vector<double> off;
+    for (std::size_t i = 0; i < curve.points.size(); ++i) {
+      EXPECT_NEAR(curve.points[i].norm(), 0.5 + side * std::sqrt(kTube), 1e-3);
+      off.push_back(std::abs(side * mean * curve.curvature[i] - 1.0));
+    }
+    std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
+    EXPECT_LT(off[off.size() / 2], 0.3);  // of the points themselves: above 5
+  }
+}
+
+TEST(SplineSection, RefusesWhatIsNoSection) {
+  const auto f = [](const Vec3& x) { return x.norm() - 0.2; };
+  Lattice plain;
+  plain.A = 0.02 * Mat3::Identity();
+  const auto refusal = [](const SplineWall& wall, double offset, ErrorCode code) {
+    std::vector<std::string> warnings;
+    return message_of(code, [&] { static_cast<void>(wall.section(2, offset, "f", warnings)); });
+  };
+  const SplineWall whole(sample(f, plain, 0.08, sphere(0.2, 12)));
+  EXPECT_NE(refusal(whole, 0.3, ErrorCode::kDomain).find("misses"), std::string::npos);
+  EXPECT_NE(refusal(whole, 0.19999, ErrorCode::kDomain).find("grazes"), std::string::npos);
+  Surface cap = sphere(0.2, 12);
+  std::erase_if(cap.triangles, [&](const auto& t) {
+    return std::any_of(t.begin(), t.end(),
+                       [&](Index v) { return cap.points[static_cast<std::size_t>(v)][0] < -0.1; });
+  });
+  cap.tags.resize(cap.triangles.size());
+  const SplineWall open(sample(f, plain, 0.08, cap));
+  EXPECT_NE(refusal(open, 0.0, ErrorCode::kSurfaceInvalid).find("ends at"), std::string::npos);
 }
 
 }  // namespace

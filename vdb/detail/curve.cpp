@@ -201,6 +201,10 @@ Path chord_path(const OutlineCurve& curve, const std::vector<std::uint8_t>& corn
   path.joints.resize(n);
   for (std::size_t i = 0; i < n; ++i) path.joints[i].corner = corner[i] != 0;
   smooth_chords(path);
+  if (!curve.curvature.empty())
+    for (std::size_t i = 0; i < path.arcs.size(); ++i)
+      for (const std::size_t end : {std::size_t{0}, std::size_t{1}})
+        path.arcs[i].ends[end].curvature = curve.curvature[(i + end) % n];
   return path;
 }
 

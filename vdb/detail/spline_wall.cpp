@@ -14,7 +14,6 @@ namespace {
 constexpr int kSteps = 12;
 constexpr double kSettled = 1e-12;     // of a voxel, plus rounding of the coordinates
 constexpr double kStray = 2.0;         // voxels the closest point may move away from the start
-constexpr double kSharpest = 2.0;      // curvature times voxel: a grid cannot tell what is sharper
 constexpr std::size_t kProbes = 2000;  // points of the wall at which blurs are compared
 constexpr double kFlat = 0.02;         // curvature times voxel below which a wall counts as flat
 constexpr double kAgree = 0.1;         // median relative difference of curvatures that needs no more blur

@@ -8,8 +8,11 @@
 #include "vdb/detail/facet_wall.h"
 #include "vdb/detail/grid.h"
 #include "vdb/detail/sparse.h"
+#include "vdb/outline.h"
 
 namespace lamina::detail {
+
+inline constexpr double kSharpest = 2.0;  ///< curvature times voxel: a grid cannot tell what is sharper
 
 class SplineWall : public WallField {
  public:
@@ -24,6 +27,11 @@ class SplineWall : public WallField {
   [[nodiscard]] const SparseGrid& values() const { return values_; }
   [[nodiscard]] const Lattice& lattice() const { return lattice_; }
   [[nodiscard]] double voxel() const { return voxel_; }
+  /// Where the plane "coordinate `axis` is `offset`" cuts the zero set: closed curves of points half a voxel
+  /// apart, in the coordinates of slice(), smooth unless they turn sharply from point to point. `name` is
+  /// used in messages. Errors: those of slice(), kSurfaceInvalid for a curve that ends.
+  [[nodiscard]] Outline section(int axis, double offset, const std::string& name,
+                                std::vector<std::string>& warnings) const;
   /// Standard deviation of the blur under normals and curvatures, voxels; 0 when the values need none.
   [[nodiscard]] double blur() const;
 
@@ -43,6 +51,9 @@ class SplineWall : public WallField {
   [[nodiscard]] Foot foot(const Vec3& x, const Vec3& start) const;
   [[nodiscard]] bool newton(const Vec3& x, Vec3& q) const;
   [[nodiscard]] WallPoint describe(const Foot& foot) const;
+  /// Newton steps along the plane onto the zero set; false where they do not get there.
+  [[nodiscard]] bool settle_in_plane(int axis, Vec3& q) const;
+  [[nodiscard]] double curvature_in_plane(int axis, const Vec3& q) const;
 
   SparseGrid values_;
   SparseGrid blurred_;  ///< used for curvature when blur_passes_ > 0
