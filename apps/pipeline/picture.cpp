@@ -25,6 +25,7 @@ namespace lamina {
 namespace {
 
 constexpr int kShades = 64;          // shades of a colour scale
+constexpr int kRegionCount = 4;      // colours of regions
 constexpr int kInk = 12;             // shades of outlines
 constexpr double kClipMargin = 8.0;  // pixels around the window that are drawn and cut off
 constexpr double kThinnest = 0.2;    // pixels; thinner cells have no outline
@@ -36,6 +37,7 @@ struct Coloring {
   PictureColor mode = PictureColor::kPlain;
   std::vector<double> values;  ///< per cell; sizes as logarithms
   double low = 0.0, high = 1.0;
+  std::vector<std::string> regions;  ///< what the values 0, 1, ... of kRegion stand for
 
   [[nodiscard]] int level(Index cell) const {
     if (mode == PictureColor::kPlain) return 0;
@@ -52,7 +54,7 @@ struct Coloring {
       case PictureColor::kQuality:
         return quality_color(t);
       case PictureColor::kRegion:
-        return region_color(level);
+        return region_color(level % kRegionCount);
       case PictureColor::kLevels:
         return level == 0 ? kPlainColor : quality_color(1.0 - t);
       case PictureColor::kSize:
@@ -63,12 +65,31 @@ struct Coloring {
   }
 };
 
+/// Meshes with the fields of `lamina mesh` have its regions, all others tags with or without a name.
+template <int D>
+void color_regions(const Mesh<D>& mesh, Coloring& c) {
+  if (mesh.point_field("hn") != nullptr) {
+    c.regions = {"inside", "layer", "Box2", "Box1"};
+    c.values.assign(mesh.cell_tags.begin(), mesh.cell_tags.end());
+    return;
+  }
+  std::vector<Index> tags = mesh.cell_tags;
+  std::sort(tags.begin(), tags.end());
+  tags.erase(std::unique(tags.begin(), tags.end()), tags.end());
+  for (const Index tag : mesh.cell_tags)
+    c.values.push_back(static_cast<double>(std::lower_bound(tags.begin(), tags.end(), tag) - tags.begin()));
+  for (const Index tag : tags) {
+    const auto name = mesh.cell_names.find(tag);
+    c.regions.push_back(name == mesh.cell_names.end() ? fmt::format("tag {}", tag) : name->second);
+  }
+}
+
 template <int D>
 Coloring make_coloring(const Mesh<D>& mesh, PictureColor mode) {
   Coloring c;
   const std::size_t n = mesh.cells.size();
   if (mode == PictureColor::kRegion && mesh.cell_tags.size() == n) {
-    c.values.assign(mesh.cell_tags.begin(), mesh.cell_tags.end());
+    color_regions(mesh, c);
   } else if (mode == PictureColor::kQuality) {
     for (const MeshField& f : mesh.cell_fields)
       if (f.name == "quality" && f.components == 1 && f.values.size() == n) c.values = f.values;
@@ -363,13 +384,14 @@ void paint_color_bar(const Canvas& canvas, const Layout& l, const Coloring& c, d
   canvas.text(x - 12.0 * u, y, 14.0 * u, name, 1.0);
 }
 
-void paint_regions(const Canvas& canvas, const Layout& l, double y) {
-  constexpr std::array<const char*, 4> kNames = {"inside", "layer", "Box2", "Box1"};
+/// As many as have a colour of their own.
+void paint_regions(const Canvas& canvas, const Layout& l, const std::vector<std::string>& names, double y) {
   const double u = l.unit;
-  double x = l.page_width - 12.0 * u - 4 * 90.0 * u;
-  for (int i = 0; i < 4; ++i, x += 90.0 * u) {
+  const int count = std::min(kRegionCount, static_cast<int>(names.size()));
+  double x = l.page_width - 12.0 * u - count * 90.0 * u;
+  for (int i = 0; i < count; ++i, x += 90.0 * u) {
     paint_swatch(canvas, x, y - 12.0 * u, 22.0 * u, 14.0 * u, region_color(i));
-    canvas.text(x + 28.0 * u, y, 14.0 * u, kNames[static_cast<std::size_t>(i)]);
+    canvas.text(x + 28.0 * u, y, 14.0 * u, names[static_cast<std::size_t>(i)]);
   }
 }
 
@@ -379,7 +401,7 @@ void paint_legend(const Canvas& canvas, const Layout& l, const Coloring& c, cons
   paint_scale_bar(canvas, l, y);
   canvas.text(12.0 * l.unit + 0.25 * l.page_width, y + 5.0 * l.unit, 14.0 * l.unit, label);
   if (c.mode == PictureColor::kRegion) {
-    paint_regions(canvas, l, y + 5.0 * l.unit);
+    paint_regions(canvas, l, c.regions, y + 5.0 * l.unit);
   } else if (c.mode != PictureColor::kPlain) {
     paint_color_bar(canvas, l, c, y, lowest, highest);
   }

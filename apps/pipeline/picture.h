@@ -16,7 +16,7 @@ namespace lamina {
 enum class PictureColor {
   kPlain,    ///< one light grey
   kQuality,  ///< cell field "quality", red at 0, yellow, blue-white at 1
-  kRegion,   ///< cell tags as Region, four light colours
+  kRegion,   ///< cell tags, those of `lamina mesh` as Region, four light colours in turn
   kLevels,   ///< point field "level_offset", blue-white on the levels, red half a layer off, grey elsewhere
   kSize,     ///< point field "hn", logarithmic from the smallest to the largest in the window
 };

@@ -119,6 +119,28 @@ TEST(Picture, RegionsKeepTheirColors) {
   }
 }
 
+// Two tags have the first two colours, and the legend shows no others.
+TEST(Picture, RegionsOfOtherMeshesAreTheirTags) {
+  const Scratch folder;
+  PictureOptions o = half_way();
+  o.color = PictureColor::kRegion;
+  Mesh<3> mesh = ball_mesh<3>(6);
+  mesh.point_fields.clear();
+  for (Index& tag : mesh.cell_tags) tag = tag == 0 ? -5 : 1000;
+  mesh.cell_names = {{1000, "steel"}};
+  draw_slice(folder / "a.png", mesh, o);
+  const Image image(folder / "a.png");
+  for (int region = 0; region < 4; ++region) {
+    const Rgb c = region_color(region);
+    const int pixels = image.count([&](const std::array<int, 3>& p) {
+      for (std::size_t k = 0; k < 3; ++k)
+        if (std::abs(p[k] - 255 * c[k]) > 2) return false;
+      return true;
+    });
+    EXPECT_EQ(pixels > 0, region < 2) << region << ": " << pixels;
+  }
+}
+
 TEST(Picture, DenseLayersDoNotTurnBlackOrWhite) {
   // 2000 layers in 400 pixels, all of quality 0.5: the picture must show that quality's colour nearly
   // everywhere.
