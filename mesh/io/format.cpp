@@ -189,7 +189,6 @@ FormatEntry houdini_entry() {
 FormatEntry usda_entry() {
   return {{.name = "USD TetMesh",
            .suffixes = {".usda"},
-           .reads = false,
            .plane = false,
            .point_tags = true,
            .cell_names = true,
@@ -197,7 +196,7 @@ FormatEntry usda_entry() {
            .point_fields = Fields::kAnyFields,
            .cell_fields = Fields::kAnyFields,
            .exact = false},
-          nullptr,
+          read_file<parse_usda>,
           nullptr,
           write_usda};
 }

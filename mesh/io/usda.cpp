@@ -87,6 +87,17 @@ class UsdaWriter {
     out_.write(to.bytes());
   }
 
+  /// Metadata that keeps a name which is no identifier.
+  static std::string display_name(const std::string& id, const std::string& name) {
+    if (id == name) return "";
+    std::string text = "displayName = \"";
+    for (const char c : name) {
+      if (c == '"' || c == '\\') text += '\\';
+      text += c == '\n' ? ' ' : c;
+    }
+    return text + "\"";
+  }
+
   /// An identifier of USD that was not given before.
   std::string identifier(const std::string& name, const char* what) {
     std::string id = name;
@@ -114,6 +125,9 @@ class UsdaWriter {
 
   void field(const MeshField& f, const char* interpolation, std::size_t count) {
     const std::string name = identifier(f.name, "name of the field");
+    const std::string shown_as = display_name(name, f.name);
+    const std::string about = fmt::format("{}{}interpolation = \"{}\"", shown_as,
+                                          shown_as.empty() ? "" : "\n        ", interpolation);
     const auto n = static_cast<std::size_t>(f.components);
     if (n == 3) {
       array(
@@ -122,23 +136,26 @@ class UsdaWriter {
             tuple(
                 3, [&](int k) { real(f.values[3 * i + static_cast<std::size_t>(k)], to); }, to);
           },
-          fmt::format("interpolation = \"{}\"", interpolation));
+          about);
       return;
     }
     array(
         fmt::format("double[] primvars:{}", name), count * n,
         [&](std::size_t i, Records& to) { real(f.values[i], to); },
-        fmt::format("{}interpolation = \"{}\"", n == 1 ? "" : fmt::format("elementSize = {}\n        ", n),
-                    interpolation));
+        fmt::format("{}{}", n == 1 ? "" : fmt::format("elementSize = {}\n        ", n), about));
   }
 
   void subsets(const std::vector<Index>& values, std::size_t items, const TagNames& names, const char* kind,
                const char* element) {
     const TagGroups groups = group_by_tag(values, items);
     for (std::size_t k = 0; k < groups.tags.size(); ++k) {
-      const std::string name = identifier(name_of_tag(names, groups.tags[k], kind), "name");
-      out_.write(fmt::format("    def GeomSubset \"{}\"\n    {{\n    uniform token elementType = \"{}\"\n",
-                             name, element));
+      const std::string given = name_of_tag(names, groups.tags[k], kind);
+      const std::string name = identifier(given, "name");
+      const std::string shown_as = display_name(name, given);
+      out_.write(fmt::format("    def GeomSubset \"{}\"{}\n    {{\n    uniform token elementType = \"{}\"\n",
+                             name, shown_as.empty() ? "" : fmt::format(" (\n        {}\n    )", shown_as),
+                             element));
+      out_.write(fmt::format("    custom int tag = {}\n", groups.tags[k]));
       out_.write("    uniform token familyName = \"region\"\n");
       const std::size_t begin = groups.start[k];
       array("int[] indices", groups.start[k + 1] - begin,

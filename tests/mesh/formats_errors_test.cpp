@@ -11,6 +11,7 @@
 #include "mesh/io/su2.h"
 #include "mesh/io/tetgen_files.h"
 #include "mesh/io/ugrid.h"
+#include "mesh/io/usda.h"
 #include "tests/mesh/rich_mesh.h"
 #include "tests/mesh/scratch.h"
 
@@ -36,6 +37,7 @@ void expect_told(const Parse& parse, const std::string& bytes, const std::string
 AnyMesh parse_msh(const std::string& bytes) { return io::parse_msh(bytes, "f"); }
 AnyMesh parse_su2(const std::string& bytes) { return io::parse_su2(bytes, "f"); }
 AnyMesh parse_geo(const std::string& bytes) { return io::parse_geo(bytes, "f"); }
+AnyMesh parse_usda(const std::string& bytes) { return io::parse_usda(bytes, "f"); }
 AnyMesh parse_ugrid(const std::string& bytes) { return io::parse_ugrid(bytes, "f", {.ascii = true}); }
 
 TEST(DamagedFormats, MshErrorsNameTheLine) {
@@ -95,6 +97,66 @@ TEST(DamagedFormats, UgridAndGeoAndTetgen) {
   expect_told(tetgen, "9 3 0\n0 0 1 2\n", "a count of 9");
 }
 
+const std::string kUsdaHead =
+    "#usda 1.0\n(\n  upAxis = \"Z\"\n  customLayerData = {\n    string[] who = [\"a ) b\", \"c\"]\n  }\n)\n";
+
+TEST(DamagedFormats, UsdaIsReadAsOthersWriteIt) {
+  const auto mesh = std::get<Mesh<3>>(parse_usda(
+      kUsdaHead +
+      "def Xform \"World\" (\n  prepend apiSchemas = [\"A\"]\n  doc = \"\"\"two\nlines \"\"\"\n)\n{\n"
+      "  float3 xformOp:translate = (1, 2, 3)\n  uniform token[] xformOpOrder = []\n"
+      "  def TetMesh \"tet\" {\n"
+      "    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1e0, 1., 1)] # five\n"
+      "    int4[] tetVertexIndices = [(1, 0, 2, 3), (1, 2, 4, 3),]\n"
+      "    int3[] surfaceFaceVertexIndices = [(0, 1, 2), (0, 3, 1)];\n"
+      "    uniform token orientation = \"leftHanded\"\n"
+      "    rel material:binding = </World/steel>\n    asset skin = @a b.png@\n"
+      "    color3f[] primvars:displayColor = [(1, 0, 0)] (interpolation = \"constant\")\n"
+      "    float[] primvars:heat = [4, nan, 2] (\n      interpolation = \"vertex\"\n    )\n"
+      "    float2[] primvars:pair = [(1, 2), (3, 4)] ( interpolation = \"uniform\" )\n"
+      "    int[] primvars:heat:indices = [2, 2, 1, 0, 0]\n"
+      "    def GeomSubset \"lid\" {\n      uniform token elementType = \"face\"\n      int[] indices = [1]\n "
+      "   }\n"
+      "  }\n}\n"));
+  EXPECT_EQ(mesh.points[4], Vec3(1, 1, 1));
+  EXPECT_EQ(mesh.cells[0], (std::array<Index, 4>{0, 1, 2, 3}));
+  EXPECT_EQ(mesh.facet_tags, (std::vector<Index>{0, 1}));
+  EXPECT_EQ(mesh.facet_names, (TagNames{{1, "lid"}}));
+  ASSERT_EQ(mesh.point_fields.size(), 1U);
+  EXPECT_EQ(mesh.point_fields[0].values[3], 4.0);
+  ASSERT_EQ(mesh.cell_fields.size(), 1U);
+  EXPECT_EQ(mesh.cell_fields[0].components, 2);
+}
+
+TEST(DamagedFormats, UsdaErrorsNameTheLine) {
+  const std::string begin = kUsdaHead + "def TetMesh \"m\"\n{\n";  // line 10 follows
+  const std::string points = "point3f[] points = [(0,0,0), (1,0,0), (0,1,0), (0,0,1)]\n";
+  const std::string cells = "int4[] tetVertexIndices = [(0,1,2,3)]\n";
+  EXPECT_EQ(message_of(parse_usda, begin + points + cells + "}\n"), "");
+  expect_told(parse_usda, "solid", "line 1: a .usda file starts with #usda");
+  expect_told(parse_usda, "PXR-USDC\0", "binary USD");
+  expect_told(parse_usda, kUsdaHead + "def Mesh \"m\" {}\n", "has no TetMesh");
+  expect_told(parse_usda, begin + "point3f[] points = [(0,0)]\n", "line 10: expected ',', found \")]");
+  expect_told(parse_usda, begin + points + "int4[] tetVertexIndices = [(0,1,2,x)]\n",
+              "line 11: \"x\" is no number");
+  expect_told(parse_usda, begin + points + "int4[] tetVertexIndices = [(0,1,2,9)]\n}\n", "names point 9");
+  expect_told(parse_usda, begin + points + "int4[] tetVertexIndices = [(0,1,2,.5)]\n}\n",
+              "line 11: 0.5 is no integer");
+  expect_told(parse_usda, begin + points + cells, "line 12: expected a word");
+  expect_told(parse_usda, begin + points + "string a = \"b\n", "line 11: a string without an end");
+  expect_told(parse_usda, begin + "point3f[] points.timeSamples = { 0: [(0,0,0)] }\n}\n",
+              "changes with time");
+  expect_told(parse_usda, begin + "uniform token[] xformOpOrder = [\"xformOp:scale\"]\n}\n", "transform");
+  expect_told(parse_usda, begin + points + cells + "}\ndef TetMesh \"n\" {}\n", "several TetMeshes");
+  expect_told(parse_usda,
+              begin + points + cells + "float[] primvars:t = [1, 2] (interpolation = \"vertex\")\n}\n",
+              "line 12: t holds 2 numbers, 1 for each of 4 points");
+  expect_told(parse_usda,
+              begin + points + cells +
+                  "def GeomSubset \"s\" {\ntoken elementType = \"face\"\nint[] indices = [0]\n}\n}\n",
+              "line 12: the subset s names face 0 of 0");
+}
+
 /// Cuts and changes every byte of what we write ourselves.
 void damage(const std::string& name, const MeshWriteOptions& options, const Parse& parse, std::size_t step) {
   const Scratch folder;
@@ -117,6 +179,7 @@ TEST(DamagedFormats, AnyDamageIsAnErrorOrAMeshNeverACrash) {
   damage("m.msh", {.ascii = {}, .version = "2.2"}, parse_msh, 3);
   damage("m.su2", {}, parse_su2, 1);
   damage("m.geo", {}, parse_geo, 7);
+  damage("m.usda", {}, parse_usda, 7);
   damage("m.ugrid", {}, parse_ugrid, 1);
   damage(
       "m.lb8l.ugrid", {}, [](const std::string& b) { return io::parse_ugrid(b, "f", {.wide = true}); }, 1);
