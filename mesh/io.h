@@ -19,7 +19,8 @@ struct MeshFormat {
   std::string_view name;
   std::vector<std::string_view> suffixes;  ///< compared in any case; that of a folder has no dot
   bool reads = true, writes = true;
-  bool plane = true;  ///< 2D meshes
+  bool plane = true;    ///< 2D meshes
+  bool prisms = false;  ///< 2D meshes as one layer of prisms, see MeshWriteOptions::height
   bool facets = true;
   bool cell_tags = true, facet_tags = true, point_tags = false;
   bool cell_names = false, facet_names = false;
@@ -58,6 +59,8 @@ struct MeshWriteOptions {
   /// DEFAULT: cells only, as viewers like it.
   bool facets = false;
   bool compress = true;  ///< .vtu
+  /// Of the prisms that a format with MeshFormat::prisms holds a 2D mesh as, > 0.
+  std::optional<double> height = {};
   /// .mesh, .meshb: where point fields go, see solution_path (mesh/solution.h). DEFAULT: nowhere
   std::filesystem::path solution = {};
 };

@@ -67,7 +67,7 @@ struct Case {
   double quality_floor = 0.1;
   int threads = 0;                ///< 0: all; the mesh does not depend on it
   std::optional<Plane> slice;     ///< of a body in space: its section is the body of a plane mesh
-  std::optional<double> extrude;  ///< plane meshes are written as one layer of tetrahedra of this height
+  std::optional<double> extrude;  ///< plane meshes are written as one layer of cells of this height
   std::vector<std::filesystem::path> outputs;
   std::optional<std::filesystem::path> metric_out, levelset_out, report, picture;
   std::optional<std::filesystem::path> checkpoint;  ///< folder, see apps/pipeline/checkpoint.h

@@ -459,10 +459,11 @@ void add_output(Options& o) {
               "beside the first one, as NAME.case.toml"),
           OptionType::kTexts),
       [](Case& c) -> std::vector<Path>& { return c.outputs; }));
-  o.push_back(bind(positive("output", "extrude", "--extrude", "m", "",
-                            "two dimensions: write the mesh as one layer of tetrahedra, each prism cut into "
-                            "three, of this height above z = 0"),
-                   [](Case& c) -> optional<double>& { return c.extrude; }));
+  o.push_back(
+      bind(positive("output", "extrude", "--extrude", "m", "",
+                    "two dimensions: write the mesh as one layer of cells of this height above z = 0: "
+                    "prisms for OpenFOAM, else tetrahedra, three for each prism"),
+           [](Case& c) -> optional<double>& { return c.extrude; }));
   o.push_back(bind(file("metric", "--metric-out", "metric at the vertices to write: .sol or .solb"),
                    [](Case& c) -> optional<Path>& { return c.metric_out; }));
   o.push_back(bind(file("levelset", "--levelset", "level set to write: .vdb"),

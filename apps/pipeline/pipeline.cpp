@@ -224,19 +224,18 @@ struct Result {
 template <int D>
 void write_outputs(const Result<D>& made, OutputSet& outputs, StageRecorder& stages) {
   const Case& c = made.resolved.c;
-  const auto write = [&](const auto& mesh) {
-    for (const fs::path& path : c.outputs) {
-      write_mesh(outputs.files(), path, mesh);
-      stages.check_cancelled();
+  MeshWriteOptions options;
+  options.height = c.extrude;
+  for (const fs::path& path : c.outputs) {
+    if constexpr (D == 2) {
+      if (c.extrude && !mesh_format(path)->prisms)
+        write_mesh(outputs.files(), path, extrude(made.mesh, *c.extrude));
+      else
+        write_mesh(outputs.files(), path, made.mesh, options);
+    } else {
+      write_mesh(outputs.files(), path, made.mesh, options);
     }
-  };
-  if constexpr (D == 2) {
-    if (c.extrude)
-      write(extrude(made.mesh, *c.extrude));
-    else
-      write(made.mesh);
-  } else {
-    write(made.mesh);
+    stages.check_cancelled();
   }
   if (c.metric_out)
     outputs.write(*c.metric_out, [&](const fs::path& p) { write_metric<D>(p, made.vertex_metric); });

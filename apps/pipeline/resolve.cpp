@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/planar.h"
 #include "core/words.h"
+#include "mesh/io.h"
 #include "vdb/outline.h"
 
 namespace lamina {
@@ -56,6 +57,11 @@ void check_dimension(const Case& c, bool planar) {
                 fmt::format("--extrude {:g}: {} is a body in space: leave it out, or cut it with --slice",
                             *c.extrude, c.body.string()));
   if (!planar) return;
+  for (const auto& path : c.outputs)
+    if (const MeshFormat* format = mesh_format(path); format != nullptr && !format->plane && !c.extrude)
+      throw Error(ErrorCode::kUsage, fmt::format("{}: {} holds meshes in space: give this one of the plane a "
+                                                 "height with --extrude",
+                                                 path.string(), format->name));
   for (const std::size_t face : {4u, 5u})
     if (c.walls[face])
       throw Error(ErrorCode::kUsage, fmt::format("--wall {}: {} is a body of the plane: its domain has x-, "

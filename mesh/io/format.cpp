@@ -134,12 +134,13 @@ FormatEntry foam_entry() {
   return {{.name = "OpenFOAM polyMesh",
            .suffixes = {"polyMesh", ".foam"},
            .plane = false,
+           .prisms = true,
            .cell_names = true,
            .facet_names = true,
            .ascii = true,
            .binary = true},
           read_foam,
-          nullptr,
+          write_foam_prisms,
           write_foam,
           foam_files};
 }

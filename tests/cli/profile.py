@@ -106,6 +106,20 @@ class Profile(Case):
         self.assertEqual(told["dimension"], 3)
         self.assertTrue(told["validation"]["valid"])
 
+    def test_openfoam_gets_a_case_of_two_dimensions(self):
+        self.run_ok("sample", "square", "-o", self.dir / "s.csv")
+        command = ("mesh", self.dir / "s.csv", "--hmin", 1e-2, "--layers", 4)
+        case = self.foam_case("case")
+        result = lamina(*command, "-o", case / "constant" / "polyMesh")
+        self.assert_one_error(result, BAD_INPUT, "--extrude")
+        self.run_ok(*command, "--extrude", 0.1, "-o", self.dir / "s.vtu", "-o", case / "constant" / "polyMesh")
+        cells = json.loads(self.run_ok("info", self.dir / "s.vtu", "--json"))["cells"] // 3
+        boundary = (case / "constant" / "polyMesh" / "boundary").read_text(encoding="ascii")
+        self.assertRegex(boundary, rf"frontAndBack\s*{{\s*type\s+empty;\s*nFaces\s+{2 * cells};")
+        told = self.check_foam(case)
+        self.assertRegex(told, rf"prisms:\s+{cells}\n")
+        self.assertIn("Mesh has 2 geometric (non-empty/wedge) directions (1 1 0)", told)
+
     def test_section_of_a_body(self):
         body = self.sample("cylinder")
         self.run_ok("mesh", body, "--slice", "z=0", "--hmin", 1e-2, "--layers", 4, "-o", self.dir / "c.vtu")

@@ -4,6 +4,7 @@ Environment: LAMINA the program, LAMINA_DATA a folder of real inputs (may be abs
 """
 import json
 import os
+import shutil
 import struct
 import subprocess
 import sys
@@ -65,6 +66,29 @@ class Case(unittest.TestCase):
         path = self.dir / (name or f"{shape}.stl")
         self.run_ok("sample", shape, "-o", path, *words)
         return path
+
+    def foam_case(self, name):
+        """The folder of an OpenFOAM case that only lacks its mesh."""
+        case = self.dir / name
+        (case / "system").mkdir(parents=True)
+        (case / "constant").mkdir()
+        for file in ("controlDict", "fvSchemes", "fvSolution"):
+            (case / "system" / file).write_text(
+                f"FoamFile {{ version 2.0; format ascii; class dictionary; object {file}; }}\n"
+                "startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT 1; writeInterval 1;\n"
+                "ddtSchemes{} gradSchemes{} divSchemes{} laplacianSchemes{} interpolationSchemes{} snGradSchemes{}\n",
+                encoding="ascii")
+        return case
+
+    def check_foam(self, case):
+        """What OpenFOAM's checkMesh, which must find nothing wrong, tells of a case."""
+        if shutil.which("checkMesh") is None:
+            self.skipTest("OpenFOAM's checkMesh is not installed")
+        root = Path("/usr/share/openfoam")
+        done = subprocess.run(["checkMesh", "-case", case], capture_output=True, text=True, check=False, timeout=60,
+                              env={**os.environ, **({"WM_PROJECT_DIR": str(root)} if root.is_dir() else {})})
+        self.assertIn("Mesh OK.", done.stdout + done.stderr)
+        return done.stdout
 
     def data(self, name):
         """A real input; the test is skipped, saying why, where the folder is not there."""
