@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -45,7 +46,9 @@ class Finder {
       : points_(points), facets_(facets), least_(std::cos(ridge_angle * std::numbers::pi / 180.0)) {
     Box<D> bounds;
     for (const Vec<D>& x : points) bounds.extend(x);
-    flat_ = kFlat * bounds.diagonal();
+    diagonal_ = bounds.diagonal();
+    center_ = bounds.center();
+    flat_ = kFlat * diagonal_;
   }
 
   Pieces<D> find(double tolerance, double ridge_angle) {
@@ -149,16 +152,44 @@ class Finder {
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
       return facets_[a].area.squaredNorm() > facets_[b].area.squaredNorm();
     });
+    std::multimap<double, std::size_t> by_key;
     for (const std::size_t i : order) {
-      const auto found = std::find_if(planes.begin(), planes.end(),
-                                      [&](const Plane<D>& p) { return lies_in(facets_[i], p); });
-      plane_of.emplace_back(i, static_cast<std::size_t>(found - planes.begin()));
-      if (found != planes.end()) continue;
+      const double key = plane_key(facets_[i]), slack = key_slack(facets_[i]);
+      std::size_t found = planes.size();
+      const auto search = [&](double at) {
+        const auto end = by_key.upper_bound(at + slack);
+        for (auto p = by_key.lower_bound(at - slack); p != end; ++p)
+          if (p->second < found && lies_in(facets_[i], planes[p->second])) found = p->second;
+      };
+      search(key);
+      if (facets_[i].is_inner()) search(-key);
+      plane_of.emplace_back(i, found);
+      if (found != planes.size()) continue;
       if (planes.size() == most) return false;
+      by_key.emplace(key, planes.size());
       planes.push_back({facets_[i].tag, facets_[i].is_inner(), facets_[i].area.normalized(),
                         points_[facets_[i].vertices[0]]});
     }
     return true;
+  }
+
+  // A number that facets of one plane nearly share: normal and distance, seen from one direction. The other
+  // side's is its negative.
+  [[nodiscard]] double plane_key(const BoundaryFacet<D>& f) const {
+    constexpr std::array<double, 3> kDirection = {0.7548776662466927, 0.5698402909980532, 0.3247179572447460};
+    const Vec<D> n = f.area.normalized();
+    return n.dot(Eigen::Map<const Vec<D>>(kDirection.data())) +
+           n.dot(points_[f.vertices[0]] - center_) / diagonal_;
+  }
+
+  // Between the keys of a facet and of a plane that it lies in: as far as its vertices may be off the plane,
+  // the facet may be tilted, the more the thinner it is.
+  [[nodiscard]] double key_slack(const BoundaryFacet<D>& f) const {
+    double longest = 0.0;
+    for (int k = 0; k < D; ++k)
+      longest = std::max(longest, (points_[f.vertices[(k + 1) % D]] - points_[f.vertices[k]]).norm());
+    const double height = D == 2 ? longest : f.area.norm() / longest;
+    return 4.0 * kFlat + 12.0 * flat_ / height;
   }
 
   // Whether each plane has a point all around which is that plane: no strip of a curved surface has.
@@ -348,7 +379,8 @@ class Finder {
 
   const std::vector<Vec<D>>& points_;
   const std::vector<BoundaryFacet<D>>& facets_;
-  double least_, flat_ = 0.0;
+  double least_, flat_ = 0.0, diagonal_ = 0.0;
+  Vec<D> center_ = Vec<D>::Zero();
   std::vector<Joint<D>> joints_;
   std::vector<std::size_t> patch_, plane_at_;
   std::vector<Ridge> ridges_;    // each from either end
