@@ -133,6 +133,8 @@ void make_ready(Mesh<D>& mesh, const std::string& name, Progress& progress) {
       progress.warn(fmt::format("{}: {} listed with tag 0", name,
                                 counted(missing, "boundary facet that the file leaves out was",
                                         "boundary facets that the file leaves out were")));
+  if (std::any_of(mesh.point_tags.begin(), mesh.point_tags.end(), [](Index tag) { return tag != 0; }))
+    progress.warn(fmt::format("{}: the tags of its points are dropped", name));
   found = validate<D>(mesh);
   if (!found.ok())
     throw Error(ErrorCode::kAdapt, fmt::format("{}: cannot be adapted: {}", name, found.summary()));

@@ -127,6 +127,14 @@ class Regions(support.Case):
                        "--threads", threads)
         self.assertEqual(len({(self.dir / f"b{threads}.meshb").read_bytes() for threads in (1, 2, 3, 8)}), 1)
 
+    def test_tags_of_points_are_dropped_aloud(self):
+        points, cells, tags, _ = two_materials(4)
+        write_mesh(self.dir / "a.mesh", points, cells, tags)
+        text = (self.dir / "a.mesh").read_text(encoding="ascii")
+        (self.dir / "a.mesh").write_text(text.replace("-1.0 -1.0 -1.0 0", "-1.0 -1.0 -1.0 5"), encoding="ascii")
+        done = self.adapt(self.dir / "a.mesh", "--analytic", "iso:h=0.5", "-o", self.dir / "b.mesh")
+        self.assertIn("tags of its points are dropped", done.stderr)
+
     def test_tags_that_are_no_regions(self):
         points, cells, tags, between = two_materials(8)
         scattered = (np.arange(len(cells)) * 2654435761 >> 7) % 3
