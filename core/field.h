@@ -31,7 +31,8 @@ struct WallPoint {
   double edge_distance = std::numeric_limits<double>::infinity();
   Vec3 edge_direction =
       Vec3::Zero();             ///< unit tangent of that edge; zero where it is a corner or there is none
-  double edge_curvature = 0.0;  ///< of the curve that this edge is part of, 1/length, >= 0
+  double edge_curvature = 0.0;  ///< of the curve through `closest` that runs beside the curve of this edge,
+                                ///< 1/length, >= 0, infinity in its centre
   double edge_angle = 0.0;  ///< exterior dihedral angle of that edge, radians in (0, pi]; a sheet's rim: pi
   double corner_distance = std::numeric_limits<double>::infinity();  ///< the same, to the nearest corner
   /// From `closest` to the nearest place where curvature falls too fast for sizes to follow, the border of a
@@ -43,6 +44,20 @@ struct WallPoint {
   /// where its normal turns by half a radian per facet (or voxel) or where curvature differs by 10 % from one
   /// vertex to the next, 0 on the rays of sharp edges and corners.
   double reliability = 1.0;
+};
+
+/// A sharp edge beside a point of the wall.
+struct WallEdge {
+  double distance = 0.0;
+  Vec3 direction = Vec3::Zero();  ///< as WallPoint::edge_direction, and so on
+  double curvature = 0.0, angle = 0.0;
+};
+
+/// A bend beside a point of the wall.
+struct WallBend {
+  double distance = 0.0;
+  Vec3 direction = Vec3::Zero();
+  double k1 = 0.0, k2 = 0.0;
 };
 
 /// The wall of an immersed body. Thread safe.
@@ -63,6 +78,17 @@ class WallField {
   /// many were written.
   virtual int others(const Vec3& x, const WallPoint& nearest, double reach,
                      std::span<WallPoint> out) const = 0;
+  /// Sharp edges beside the closest point of `wall`, other than the nearest: where the distance along the
+  /// curves of the edges has local minima no larger than `reach`, except at corners; the nearest first, at
+  /// most out.size(). A minimum that is about to vanish, near the centre of a curve, counts as farther than
+  /// it is. Returns how many were written.
+  virtual int edges_beside(const WallPoint& /*wall*/, double /*reach*/, std::span<WallEdge> /*out*/) const {
+    return 0;
+  }
+  /// The same for bends.
+  virtual int bends_beside(const WallPoint& /*wall*/, double /*reach*/, std::span<WallBend> /*out*/) const {
+    return 0;
+  }
   /// Bounds of the wall.
   [[nodiscard]] virtual Box<3> bounds() const = 0;
 };

@@ -167,12 +167,17 @@ double WallMetric::normal_size(const Vec3& x, double phi, double far) const {
   return std::min(h, start_ + rate_ * above);
 }
 
+// The size along an arc around a sharp edge that gives a quarter of it corner_elements.
+double WallMetric::corner_size(double hn, double phi) const {
+  return std::max(hn, 0.5 * std::numbers::pi * (std::abs(phi) + hn) / sizes_.corner_elements);
+}
+
 // sqrt(2 R h + h^2) [eq. 29]. R is the radius of the wall plus, where level surfaces widen away from it, the
 // distance to it: at a sharp edge (R = 0) this bounds the number of elements of the fan at every height.
 double WallMetric::tangential_size(double curvature, double hn, double phi, double largest) const {
   double h = largest;
   if (std::isinf(curvature)) {
-    h = 0.5 * std::numbers::pi * (std::abs(phi) + hn) / sizes_.corner_elements;
+    h = corner_size(hn, phi);
   } else if (curvature != 0.0) {
     const double radius = 1.0 / std::abs(curvature) + (curvature * phi > 0.0 ? std::abs(phi) : 0.0);
     h = chord_length(1.0 / radius, sizes_.chord == Chord::kWall ? layer_.h_min : hn);
@@ -198,28 +203,30 @@ WallMetric::Sizes WallMetric::wall_sizes(const Vec3& x, const WallPoint& wall, c
   return {std::min(bounds.painted, hn), size(wall.k1), size(wall.k2)};
 }
 
-// The metric of the nearest bend, grown by the distance from it.
-std::optional<Metric<3>> WallMetric::bend_metric(const WallPoint& wall, const Sizes& sizes,
-                                                 double floor) const {
-  if (!std::isfinite(wall.bend_distance)) return {};
-  const double grown = edge_rate_ * wall.bend_distance, widest = std::max(sizes.ht1, sizes.ht2);
+// The metric of a bend, grown by the distance from it.
+std::optional<WallMetric::Bounded> WallMetric::bend_metric(const WallPoint& wall, const WallBend& bend,
+                                                           const Sizes& sizes, double floor) const {
+  if (!std::isfinite(bend.distance)) return {};
+  const double grown = edge_rate_ * bend.distance, widest = std::max(sizes.ht1, sizes.ht2);
   const auto size = [&](double curvature) {
     return std::max(floor, tangential_size(curvature, sizes.hn, wall.phi, widest) + grown);
   };
-  const double h1 = size(wall.bend_k1);
+  const double h1 = size(bend.k1);
   if (h1 >= std::max(widest, floor)) return {};
-  const Vec3 across = wall.bend_direction - wall.bend_direction.dot(wall.N) * wall.N;
+  const Vec3 across = bend.direction - bend.direction.dot(wall.N) * wall.N;
   if (across.norm() < 1e-6) return {};
   const Vec3 T1 = across.normalized();
-  return framed(wall.N, T1, wall.N.cross(T1), Vec3(std::max(sizes.hn, floor), h1, size(wall.bend_k2)));
+  const double h2 = size(bend.k2);
+  return Bounded{framed(wall.N, T1, wall.N.cross(T1), Vec3(std::max(sizes.hn, floor), h1, h2)),
+                 std::min(h1, h2), std::max(h1, h2)};
 }
 
 // Beside a sharp edge: across it the size starts at that of the fan around it; along it the size grows away
 // from the corners and resolves the curve of the edge, with which the frame turns.
-std::optional<Metric<3>> WallMetric::edge_metric(const WallPoint& wall, const Sizes& sizes,
-                                                 double floor) const {
-  if (!std::isfinite(wall.edge_distance)) return {};
-  const double angle = std::clamp(wall.edge_angle, 0.1, 0.5 * std::numbers::pi);
+std::optional<WallMetric::Bounded> WallMetric::edge_metric(const WallPoint& wall, const WallEdge& edge,
+                                                           const Sizes& sizes, double floor) const {
+  if (!std::isfinite(edge.distance)) return {};
+  const double angle = std::clamp(edge.angle, 0.1, 0.5 * std::numbers::pi);
   const double widest = std::max({sizes.ht1, sizes.ht2, floor});
   // Inside nobody needs the cells small: with the depth the fan widens as fast as layers may grow, and sizes
   // along the edge grow ever faster. (Across it, or away from bends, haste lets sizes jump: growth by 3.3.)
@@ -229,31 +236,51 @@ std::optional<Metric<3>> WallMetric::edge_metric(const WallPoint& wall, const Si
                 tangential_size(std::numeric_limits<double>::infinity(), sizes.hn, wall.phi, widest),
                 sizes.hn + inside_rate_ * depth});
   const double hn = std::max(sizes.hn, floor);
-  const double across = std::max(fan + edge_rate_ * wall.edge_distance, hn);
+  const double across = std::max(fan + edge_rate_ * edge.distance, hn);
   if (across >= std::max(sizes.ht1, floor) && across >= std::max(sizes.ht2, floor)) return {};
-  Vec3 along = wall.edge_direction - wall.edge_direction.dot(wall.N) * wall.N;
+  Vec3 along = edge.direction - edge.direction.dot(wall.N) * wall.N;
   constexpr double kAlongNormal = 1e-6;
   const bool corner = along.norm() < kAlongNormal;
-  const double length = std::min({fan + edge_rate_ * hasty(depth) * wall.corner_distance,
-                                  chord_length(wall.edge_curvature, across), corner ? across : widest});
+  double length = std::min({fan + edge_rate_ * hasty(depth) * wall.corner_distance,
+                            chord_length(edge.curvature, across), corner ? across : widest});
   along = corner ? wall.N.unitOrthogonal() : Vec3(along.normalized());
-  return framed(wall.N, wall.N.cross(along), along, Vec3(hn, across, std::max(length, hn)));
+  length = std::max(length, hn);
+  return Bounded{framed(wall.N, wall.N.cross(along), along, Vec3(hn, across, length)),
+                 std::min(across, length), std::max(across, length)};
 }
 
-WallMetric::OneWall WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const {
+WallMetric::Bounded WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const {
   Vec3 h = Vec3(sizes.hn, sizes.ht1, sizes.ht2).cwiseMax(floor);
   const bool face = wall.feature == WallFeature::kFace;
   if (wall.feature == WallFeature::kEdge)
     h[2] =
         std::min({h[2], h[1] + edge_rate_ * wall.corner_distance, chord_length(wall.edge_curvature, h[1])});
-  OneWall out{framed(wall.N, wall.T1, wall.T2, h), h};
-  const auto add = [&](const std::optional<Metric<3>>& other) {
-    if (!other) return;
-    out.metric = intersect(out.metric, *other);
-    out.plain = false;
+  Bounded out{framed(wall.N, wall.T1, wall.T2, h), std::min(h[1], h[2]), h.maxCoeff()};
+  bool plain = true;
+  const auto add = [&](const std::optional<Bounded>& other) {
+    if (!other || other->least >= out.widest) return;
+    out.metric = intersect(out.metric, other->metric);
+    out.widest = std::min(out.widest, other->widest);
+    plain = false;
   };
-  add(bend_metric(wall, sizes, floor));
-  if (face) add(edge_metric(wall, sizes, floor));
+  add(bend_metric(wall, {wall.bend_distance, wall.bend_direction, wall.bend_k1, wall.bend_k2}, sizes, floor));
+  if (face)
+    add(edge_metric(wall, {wall.edge_distance, wall.edge_direction, wall.edge_curvature, wall.edge_angle},
+                    sizes, floor));
+  // Which of two is nearer must not decide about directions: all in reach take part.
+  constexpr std::size_t kMost = 4;
+  const auto reach = [&](double least) { return (out.widest - least) / edge_rate_; };
+  const double fan = corner_size(sizes.hn, wall.phi);
+  if (face && reach(fan) > wall.edge_distance) {
+    std::array<WallEdge, kMost> edges;
+    for (int i = 0, n = wall_->edges_beside(wall, reach(fan), edges); i < n; ++i)
+      add(edge_metric(wall, edges[static_cast<std::size_t>(i)], sizes, floor));
+  }
+  if (reach(sizes.hn) > wall.bend_distance) {
+    std::array<WallBend, kMost> bends;
+    for (int i = 0, n = wall_->bends_beside(wall, reach(sizes.hn), bends); i < n; ++i)
+      add(bend_metric(wall, bends[static_cast<std::size_t>(i)], sizes, floor));
+  }
   return out;
 }
 
@@ -268,13 +295,13 @@ Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, const WallPoi
                              std::span<const WallPoint> beside, double floor) const {
   const Bounds bounds = bounds_at(x);
   const Sizes sizes = wall_sizes(x, main, bounds);
-  const OneWall own = wall_metric(main, sizes, floor);
+  const Bounded own = wall_metric(main, sizes, floor);
   Metric<3> m = own.metric;
   // Isotropic to within this ratio: no wall in another direction can matter.
   constexpr double kNearlyIsotropic = 1.5;
   const double isotropic = kNearlyIsotropic * std::max(sizes.hn, floor);
   if (std::max({sizes.ht1, sizes.ht2, floor}) <= isotropic) return m;
-  const double widest = own.widest();  // what edges and bends have left of the tangential sizes
+  const double widest = own.widest;  // what edges and bends have left of the tangential sizes
   if (widest <= isotropic) return m;
   const double limit = std::min(reach(x, widest), std::abs(main.phi) + (widest - sizes.hn) / edge_rate_);
   const auto add = [&](const WallPoint& other) {

@@ -108,6 +108,7 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] double inside_size(double depth) const;
   [[nodiscard]] double hasty(double depth) const;
   [[nodiscard]] double far_size(const Vec3& x) const;
+  [[nodiscard]] double corner_size(double hn, double phi) const;
   [[nodiscard]] double tangential_size(double curvature, double hn, double phi, double largest) const;
   [[nodiscard]] Sizes wall_sizes(const Vec3& x, const WallPoint& wall, const Bounds& bounds) const;
   struct Walls {
@@ -117,17 +118,15 @@ class WallMetric : public MetricField<3> {
   };
   [[nodiscard]] Walls list_walls(const Vec3& x, const WallPoint& body) const;
   [[nodiscard]] WallPoint face_wall(const Vec3& x, std::size_t face) const;
-  [[nodiscard]] std::optional<Metric<3>> bend_metric(const WallPoint& wall, const Sizes& sizes,
-                                                     double floor) const;
-  [[nodiscard]] std::optional<Metric<3>> edge_metric(const WallPoint& wall, const Sizes& sizes,
-                                                     double floor) const;
-  struct OneWall {
+  struct Bounded {
     Metric<3> metric;
-    Vec3 sizes;         // along N, T1, T2
-    bool plain = true;  // neither a bend nor an edge took part: `sizes` are those of the metric
-    [[nodiscard]] double widest() const { return plain ? sizes.maxCoeff() : metric.principal().sizes[2]; }
+    double least, widest;  // no size along the wall is smaller, none at all larger
   };
-  [[nodiscard]] OneWall wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const;
+  [[nodiscard]] std::optional<Bounded> bend_metric(const WallPoint& wall, const WallBend& bend,
+                                                   const Sizes& sizes, double floor) const;
+  [[nodiscard]] std::optional<Bounded> edge_metric(const WallPoint& wall, const WallEdge& edge,
+                                                   const Sizes& sizes, double floor) const;
+  [[nodiscard]] Bounded wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, double floor) const;
   [[nodiscard]] Metric<3> walls_metric(const Vec3& x, const WallPoint& body, double floor) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, const WallPoint& main,

@@ -141,6 +141,12 @@ double LevelSet::distance(const Vec3& x, double eps) const { return impl_->wall-
 int LevelSet::others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const {
   return impl_->wall->others(x, nearest, reach, out);
 }
+int LevelSet::edges_beside(const WallPoint& wall, double reach, std::span<WallEdge> out) const {
+  return impl_->wall->edges_beside(wall, reach, out);
+}
+int LevelSet::bends_beside(const WallPoint& wall, double reach, std::span<WallBend> out) const {
+  return impl_->wall->bends_beside(wall, reach, out);
+}
 Box<3> LevelSet::bounds() const { return impl_->wall->bounds(); }
 const LevelSetReport& LevelSet::report() const { return impl_->report; }
 

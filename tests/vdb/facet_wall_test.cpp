@@ -46,6 +46,39 @@ TEST(FacetWall, CubeFace) {
   EXPECT_EQ(wall.at({0.3, 0.4, 0.9}).N, Vec3::UnitZ());  // into the fluid from inside as well
 }
 
+// The face of the cube has edges at 0.2, 0.4, 0.6 and 0.8.
+TEST(FacetWall, EdgesBesideAPointOfACubeFace) {
+  const FacetWall wall = cube();
+  const WallPoint w = wall.at({0.8, 0.6, 1.5});
+  EXPECT_NEAR(w.edge_distance, 0.2, 1e-15);
+  std::array<WallEdge, 8> edges;
+  EXPECT_EQ(wall.edges_beside(w, 0.3, edges), 0);
+  ASSERT_EQ(wall.edges_beside(w, 0.9, edges), 3);
+  const std::array<double, 3> distances{0.4, 0.6, 0.8};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(edges[i].distance, distances[i], 1e-14);
+    EXPECT_NEAR(std::abs(edges[i].direction[i == 2 ? 1 : 0]), 1.0, 1e-14);
+    EXPECT_NEAR(edges[i].angle, kPi / 2, 1e-15);
+    EXPECT_EQ(edges[i].curvature, 0.0);
+  }
+  EXPECT_EQ(wall.edges_beside(w, 0.9, std::span(edges).first(2)), 2);  // the nearest
+  EXPECT_NEAR(edges[1].distance, 0.6, 1e-14);
+}
+
+// On the cap of a cylinder of radius 1 the rim bends ever more around a point that nears the centre, and the
+// far side of the rim is a maximum of the distance.
+TEST(FacetWall, TheRimOfACapBendsAroundItsCentre) {
+  const FacetWall wall(cylinder(1.0, -5.0, 1.0, 720), kAngle);
+  for (const double r : {0.9, 0.5, 0.1}) {
+    const WallPoint w = wall.at({r, 0.001, 1.1});
+    EXPECT_NEAR(w.edge_distance, 1.0 - r, 1e-4);
+    EXPECT_NEAR(w.edge_curvature, 1.0 / r, 2e-3 / r / r);
+    std::array<WallEdge, 4> edges;  // the chords next to the nearest at most
+    for (int i = 0, n = wall.edges_beside(w, 3.0, edges); i < n; ++i)
+      EXPECT_NEAR(edges[static_cast<std::size_t>(i)].distance, 1.0 - r, 2e-3) << r;
+  }
+}
+
 TEST(FacetWall, CubeEdgeAndCornerRays) {
   const FacetWall wall = cube();
   const WallPoint e = wall.at({1.3, 0.4, 1.4});

@@ -42,11 +42,13 @@ Bends::Bends(const Surface& surface, const Topology& topology, const Curvature& 
   const Corners corners(curvature);
   const double least = kMildest / surface.bounds().diagonal();
   std::vector<std::array<Vec3, 2>> segments;
+  std::vector<std::array<Index, 2>> ends;
   std::vector<std::uint8_t> covered(surface.points.size(), 0);
   const auto add = [&](Index a, Index b, const Vec3& normal, const Sym<3>& shape) {
     const Frame f = principal_frame(normal, shape);
     segments.push_back(
         {surface.points[static_cast<std::size_t>(a)], surface.points[static_cast<std::size_t>(b)]});
+    ends.push_back({a, b});
     bends_.push_back({f.T1, f.k1, f.k2});
     covered[static_cast<std::size_t>(a)] = covered[static_cast<std::size_t>(b)] = 1;
   };
@@ -77,6 +79,7 @@ Bends::Bends(const Surface& surface, const Topology& topology, const Curvature& 
     }
   }
   segments_ = SeededSegments(surface, segments);
+  minima_ = SegmentMinima(surface.points, ends);
 }
 
 void Bends::describe(const Surface& surface, Index facet, WallPoint& wall) const {
@@ -87,6 +90,18 @@ void Bends::describe(const Surface& surface, Index facet, WallPoint& wall) const
   wall.bend_direction = bend.direction;
   wall.bend_k1 = bend.k1;
   wall.bend_k2 = bend.k2;
+}
+
+int Bends::beside(const WallPoint& wall, double reach, std::span<WallBend> out) const {
+  std::size_t count = 0;
+  minima_.visit(wall.closest, reach, [&](const SegmentHit& hit) {
+    const Bend& bend = bends_[static_cast<std::size_t>(hit.segment)];
+    const double distance = std::sqrt(hit.d2);
+    if (distance <= wall.bend_distance && bend.k1 == wall.bend_k1 && bend.direction == wall.bend_direction)
+      return;
+    keep_nearest({distance, bend.direction, bend.k1, bend.k2}, out, count);
+  });
+  return static_cast<int>(count);
 }
 
 }  // namespace lamina::detail

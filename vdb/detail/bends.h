@@ -11,6 +11,7 @@
 #include "core/field.h"
 #include "vdb/detail/curvature.h"
 #include "vdb/detail/seeded_segments.h"
+#include "vdb/detail/segment_minima.h"
 #include "vdb/detail/topology.h"
 
 namespace lamina::detail {
@@ -22,6 +23,8 @@ class Bends {
 
   /// Fills bend_distance, bend_direction, bend_k1 and bend_k2 of `wall`, whose closest point lies on `facet`.
   void describe(const Surface& surface, Index facet, WallPoint& wall) const;
+  /// As WallField::bends_beside().
+  int beside(const WallPoint& wall, double reach, std::span<WallBend> out) const;
 
  private:
   struct Bend {
@@ -30,6 +33,7 @@ class Bends {
   };
   std::vector<Bend> bends_;
   SeededSegments segments_;
+  SegmentMinima minima_;
 };
 
 }  // namespace lamina::detail

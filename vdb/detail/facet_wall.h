@@ -26,6 +26,12 @@ class FacetWall : public WallField {
   [[nodiscard]] double phi(const Vec3& x) const override;
   [[nodiscard]] double distance(const Vec3& x, double eps) const override;
   int others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const override;
+  int edges_beside(const WallPoint& wall, double reach, std::span<WallEdge> out) const override {
+    return features_.beside(surface_, wall, reach, out);
+  }
+  int bends_beside(const WallPoint& wall, double reach, std::span<WallBend> out) const override {
+    return bends_.beside(wall, reach, out);
+  }
   [[nodiscard]] Box<3> bounds() const override { return bounds_; }
 
   /// phi(x), found faster when its absolute value is known to be below `limit`.

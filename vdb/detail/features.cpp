@@ -36,6 +36,9 @@ void Features::gather(const Surface& s, const Topology& topo, const SignRule& si
     if (is_corner_[v] && vertex_on_wall[v]) corners.push_back({s.points[v], s.points[v]});
   }
   edges_ = SeededSegments(s, edges);
+  std::vector<std::array<Index, 2>> ends;
+  for (const Segment& e : segments_) ends.push_back({e.a, e.b});
+  minima_ = SegmentMinima(s.points, ends);
   corners_ = SeededSegments(s, corners);
 }
 
@@ -95,6 +98,39 @@ double Features::sharp_distance(const Vec3& x, double limit) const {
   return hit.segment == kNone ? limit : std::sqrt(hit.d2);
 }
 
+double Features::widening_at(const Surface& s, const SegmentHit& hit, const Vec3& at,
+                             double& curvature) const {
+  const Segment& e = segments_[static_cast<std::size_t>(hit.segment)];
+  const Vec3 bend = curvature_at(e.a, e.b, hit.t);
+  curvature = bend.norm();
+  const Vec3 nearest = (1.0 - hit.t) * point(s, e.a) + hit.t * point(s, e.b);
+  return 1.0 - bend.dot(at - nearest);
+}
+
+int Features::beside(const Surface& s, const WallPoint& wall, double reach, std::span<WallEdge> out) const {
+  std::size_t count = 0;
+  minima_.visit(wall.closest, reach, [&](const SegmentHit& hit) {
+    const Segment& e = segments_[static_cast<std::size_t>(hit.segment)];
+    const Index end = hit.t <= 0.0 ? e.a : hit.t >= 1.0 ? e.b : kNone;
+    if (end != kNone && is_corner_[static_cast<std::size_t>(end)]) return;
+    WallEdge edge;
+    const double distance = std::sqrt(hit.d2);
+    edge.direction = tangent_at(s, e.a, e.b, hit.t);
+    constexpr double kSame = 1e-9;
+    if (distance <= wall.edge_distance * (1.0 + kSame) &&
+        std::abs(edge.direction.dot(wall.edge_direction)) > 1.0 - kSame)
+      return;
+    const double widening = widening_at(s, hit, wall.closest, edge.curvature);
+    if (!(widening > 0.0)) return;
+    edge.curvature /= widening;
+    edge.distance =
+        wall.edge_distance + std::max(0.0, distance - wall.edge_distance) / std::min(1.0, widening);
+    edge.angle = e.angle;
+    if (edge.distance <= reach) keep_nearest(edge, out, count);
+  });
+  return static_cast<int>(count);
+}
+
 void Features::describe(const Surface& s, Index facet, WallPoint& wall) const {
   if (!corners_.empty()) wall.corner_distance = std::sqrt(corners_.closest(s, facet, wall.closest).d2);
   if (!edges_.empty()) {
@@ -102,7 +138,8 @@ void Features::describe(const Surface& s, Index facet, WallPoint& wall) const {
     const Segment& e = segments_[static_cast<std::size_t>(hit.segment)];
     wall.edge_distance = std::sqrt(hit.d2);
     wall.edge_angle = e.angle;
-    wall.edge_curvature = curvature_at(e.a, e.b, hit.t).norm();
+    const double widening = widening_at(s, hit, wall.closest, wall.edge_curvature);
+    wall.edge_curvature /= std::max(widening, 1e-300);
     const Index end = hit.t <= 0.0 ? e.a : hit.t >= 1.0 ? e.b : kNone;
     if (end == kNone || !is_corner_[static_cast<std::size_t>(end)])
       wall.edge_direction = tangent_at(s, e.a, e.b, hit.t);

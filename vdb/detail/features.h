@@ -5,6 +5,7 @@
 
 #include "core/field.h"
 #include "vdb/detail/seeded_segments.h"
+#include "vdb/detail/segment_minima.h"
 #include "vdb/detail/sign.h"
 #include "vdb/detail/topology.h"
 
@@ -25,6 +26,8 @@ class Features {
   /// Fills edge_distance, edge_direction, edge_angle and corner_distance of `wall`, whose closest point lies
   /// on `facet`.
   void describe(const Surface& surface, Index facet, WallPoint& wall) const;
+  /// As WallField::edges_beside().
+  int beside(const Surface& surface, const WallPoint& wall, double reach, std::span<WallEdge> out) const;
   /// Sharp edge `edge` at position t in [0, 1] from its a to its b.
   [[nodiscard]] EdgePoint on_edge(const Surface& surface, const Topology& topology, Index edge,
                                   double t) const;
@@ -38,11 +41,15 @@ class Features {
   };
   void gather(const Surface& surface, const Topology& topology, const SignRule& sign);
   void measure_curves(const Surface& surface, const Topology& topology);
+  /// 1 - d / R where a curve of radius R lies at a distance d, around `at`: 0 where `at` is its centre.
+  [[nodiscard]] double widening_at(const Surface& surface, const SegmentHit& hit, const Vec3& at,
+                                   double& curvature) const;
   [[nodiscard]] Vec3 curvature_at(Index a, Index b, double t) const;
   [[nodiscard]] Vec3 tangent_at(const Surface& surface, Index a, Index b, double t) const;
 
   std::vector<Segment> segments_;
   SeededSegments edges_, corners_;
+  SegmentMinima minima_;
   std::vector<std::uint8_t> is_corner_;    ///< per vertex, of either kind
   std::vector<Vec3> tangent_, curvature_;  ///< per vertex of a sharp curve; zero at corners
 };
