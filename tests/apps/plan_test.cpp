@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "core/parallel.h"
 #include "tests/vdb/test_surfaces.h"
@@ -293,9 +294,11 @@ TEST(Plan, DoesNotDependOnTheDomain) {
     const Prediction p = predict(WallMetric(body.level_set, layer(2e-4, 10), s), nullptr, kFineLeaves);
     return p.region_cells[0] + p.region_cells[1];
   };
-  const double one = inside_and_layers(0.0);
-  for (const double shift : {0.17, 0.29, 0.5})
-    EXPECT_NEAR(inside_and_layers(shift) / one, 1.0, 0.08) << shift;
+  // Each draws other samples, with a standard deviation of some 4 %.
+  std::vector<double> cells;
+  for (const double shift : {0.0, 0.17, 0.29, 0.5}) cells.push_back(inside_and_layers(shift));
+  const double mean = std::accumulate(cells.begin(), cells.end(), 0.0) / static_cast<double>(cells.size());
+  for (const double c : cells) EXPECT_NEAR(c / mean, 1.0, 0.08);
 }
 
 TEST(Plan, TableListsEveryLayer) {
