@@ -39,14 +39,23 @@ void add_stats(std::vector<OperatorStats>& total, const std::array<OperatorStats
   }
 }
 
-// The sweeps of one visit. Polishing looks for gains among good cells too: at the wanted metric two such
-// passes gain more than six plain ones.
-constexpr std::array kSweeps = {kCollapse, kSplit, kSplit,  kSplit, kSwap,   kSmooth,
-                                kCollapse, kSwap,  kSmooth, kSwap,  kSmooth, kRepair};
-constexpr std::size_t kPlainSweeps = 6;
+// The sweeps of one visit, on the way to the wanted metric and there: what polishing finds among good cells,
+// two passes of it gain more than six plain ones. In space every split sweep is followed by a collapse sweep
+// before anything is spent on the shape of points that will go again; a plane keeps more of them, and better
+// cells.
+template <int D>
+inline constexpr std::array kPlain = {kSplit, kCollapse, kSwap, kSmooth};
+template <>
+inline constexpr std::array kPlain<2> = {kCollapse, kSplit, kSplit, kSplit, kSwap, kSmooth};
+template <int D>
+inline constexpr std::array kPolish = {kSplit,    kCollapse, kSwap, kSmooth, kSplit, kSwap,
+                                       kCollapse, kSmooth,   kSwap, kSmooth, kRepair};
+template <>
+inline constexpr std::array kPolish<2> = {kCollapse, kSplit, kSplit,  kSplit, kSwap,   kSmooth,
+                                          kCollapse, kSwap,  kSmooth, kSwap,  kSmooth, kRepair};
 
-// Time counts sweeps: pass p begins at p kSweeps.
-constexpr int begin_of(int pass) { return pass * static_cast<int>(kSweeps.size()); }
+// Time counts sweeps, and leaves room for as many in every pass.
+constexpr int begin_of(int pass) { return pass * static_cast<int>(kPolish<2>.size()); }
 
 // When everything that sweep k of a pass looks at was last tried. A step begins with all vertices changed,
 // so that passes of both kinds do not mix.
@@ -74,12 +83,16 @@ void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, co
   Rules rules;
   rules.floor = options.quality_floor;
   rules.align = options.align == Align::kLayers;
-  if (sweeps.size() > kPlainSweeps) {
-    rules.swap_below = D == 2 ? 0.95 : 0.8;
+  if (sweeps.data() == kPolish<D>.data()) {
     if (D == 2) {
+      rules.swap_below = 0.95;
       rules.long_edge = 1.25;
       rules.least_swap = 0.0003;
       rules.least_move = 0.0002;
+    } else {
+      rules.swap_below = 0.8;
+      rules.short_edge = 0.75;
+      if (!rules.align) rules.long_edge = 1.38;  // the diagonals of right columns are sqrt 2 long
     }
   }
   if (rules.align) rules.swap_below -= 0.05;  // a right column has a mean quality of .83
@@ -199,7 +212,8 @@ AdaptStep run_step(AdaptState<D>& state, const AdaptMetric<D>& field, const Adap
   double share = 0.0;
   for (int i = 0; i < passes && gain > kWorthwhile; ++i) {
     if (progress != nullptr) progress->check_cancelled();
-    const auto sweeps = std::span(kSweeps).first(last ? kSweeps.size() : kPlainSweeps);
+    const std::span<const Operator> sweeps =
+        last ? std::span<const Operator>(kPolish<D>) : std::span<const Operator>(kPlain<D>);
     run_pass<D>(mesh, field, floor, options, state.pass++, sweeps, {}, state.summary);
     if (!last) continue;
     const double reached = unit_share(mesh);

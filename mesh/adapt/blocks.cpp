@@ -203,9 +203,10 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
       r.added.push_back(vertex);
     }
   }
-  r.cells.reserve(local.cells.size());
-  r.facet_pieces.reserve(local.cells.size());
-  r.energy.reserve(local.cells.size());
+  const std::size_t count = local.cells.size() - local.free_cells.size();
+  r.cells.reserve(count);
+  r.facet_pieces.reserve(count);
+  r.energy.reserve(count);
   for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
     if (!local.alive(c)) continue;
     const auto& cell = local.cells[c];
@@ -258,10 +259,17 @@ void renumber_values(std::vector<T>& values, const std::vector<Index>& renumber,
   values.swap(out);
 }
 
+// Sizes the vector for new values, and gives its memory back before it takes more.
+template <class T>
+void start_over(std::vector<T>& values, std::int64_t count) {
+  std::vector<T>().swap(values);
+  values.resize(static_cast<std::size_t>(count));
+}
+
 // Joins the results in piece order. Vertices are numbered as pieces list them, so that those near each other
 // in space are near in memory.
 template <int D>
-void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std::vector<std::uint8_t>& alive,
+void join(GlobalMesh<D>& mesh, std::vector<Result<D>> results, const std::vector<std::uint8_t>& alive,
           int now) {
   using Vertex = typename LocalMesh<D>::Vertex;
   const auto old_count = static_cast<Index>(mesh.x.size());
@@ -284,15 +292,15 @@ void join(GlobalMesh<D>& mesh, const std::vector<Result<D>>& results, const std:
   renumber_values<D>(mesh.changed, renumber, count, results, added_base, &Vertex::changed);
   renumber_values<D>(mesh.level, renumber, count, results, added_base, &Vertex::level);
   const auto cells = exclusive_scan(cell_base);
-  mesh.cells.resize(cells);
-  mesh.facet_pieces.resize(cells);
+  start_over(mesh.cells, cells);
+  start_over(mesh.facet_pieces, cells);
   const bool regions = !mesh.regions.empty();
-  if (regions) mesh.regions.resize(cells);
-  mesh.energy.resize(cells);
+  if (regions) start_over(mesh.regions, cells);
+  start_over(mesh.energy, cells);
   for_each_index(
       results.size(),
       [&](std::size_t b) {
-        const auto& r = results[b];
+        const Result<D> r = std::move(results[b]);
         for (std::size_t i = 0; i < r.cells.size(); ++i) {
           auto& cell = mesh.cells[cell_base[b] + static_cast<std::int64_t>(i)];
           for (int k = 0; k <= D; ++k) {
@@ -321,6 +329,22 @@ Box<D> curve_box(const GlobalMesh<D>& mesh, int pass) {
   return box;
 }
 
+// The cells, all where none are listed, in the order of their centres along the curve.
+template <int D>
+std::vector<Index> along_curve(const GlobalMesh<D>& mesh, const Box<D>& box,
+                               const std::vector<Index>& cells) {
+  const bool all = cells.empty();
+  std::vector<std::uint64_t> keys(all ? mesh.cells.size() : cells.size());
+  for_each_index(keys.size(), [&](std::size_t k) {
+    Vec<D> center = Vec<D>::Zero();
+    for (const Index v : mesh.cells[all ? k : cells[k]]) center += mesh.x[v] / (D + 1);
+    keys[k] = hilbert_key<D>(center, box);
+  });
+  std::vector<Index> order = sorted_order(keys);
+  if (!all) std::transform(order.begin(), order.end(), order.begin(), [&](Index k) { return cells[k]; });
+  return order;
+}
+
 }  // namespace
 
 std::size_t block_count(std::size_t cells, std::size_t cells_per_block) {
@@ -334,30 +358,25 @@ void block_pass(GlobalMesh<D>& mesh, int pass, int end_of_pass, std::size_t cell
   const bool all = cells.empty();
   const std::size_t n = all ? mesh.cells.size() : cells.size();
   const std::size_t blocks = block_count(n, cells_per_block);
-  const Box<D> box = curve_box(mesh, pass);
-  std::vector<std::uint64_t> keys(n);
-  for_each_index(n, [&](std::size_t k) {
-    Vec<D> center = Vec<D>::Zero();
-    for (const Index v : mesh.cells[all ? k : cells[k]]) center += mesh.x[v] / (D + 1);
-    keys[k] = hilbert_key<D>(center, box);
-  });
-  std::vector<Index> order = sorted_order(keys);
-  if (!all) std::transform(order.begin(), order.end(), order.begin(), [&](Index k) { return cells[k]; });
   std::vector<std::uint8_t> alive(mesh.x.size(), 1);
   std::vector<Result<D>> results(blocks);
-  for_each_index(
-      blocks,
-      [&](std::size_t b) {
-        const std::size_t begin = n * b / blocks;
-        const std::size_t end = n * (b + 1) / blocks;
-        Piece<D> piece = extract<D>(mesh, order.data() + begin, end - begin);
-        visit(piece.mesh, b);
-        // Vertices that are not frozen belong to this piece alone, so their slots are written by no one else.
-        results[b] = write_back<D>(piece, mesh, alive);
-      },
-      1);
+  {
+    const std::vector<Index> order = along_curve(mesh, curve_box(mesh, pass), cells);
+    for_each_index(
+        blocks,
+        [&](std::size_t b) {
+          const std::size_t begin = n * b / blocks;
+          const std::size_t end = n * (b + 1) / blocks;
+          Piece<D> piece = extract<D>(mesh, order.data() + begin, end - begin);
+          visit(piece.mesh, b);
+          // Vertices that are not frozen belong to this piece alone, so their slots are written by no one
+          // else.
+          results[b] = write_back<D>(piece, mesh, alive);
+        },
+        1);
+  }
   if (!all) results.push_back(others(mesh, cells));
-  join<D>(mesh, results, alive, end_of_pass);
+  join<D>(mesh, std::move(results), alive, end_of_pass);
 }
 
 template <int D>
