@@ -110,27 +110,28 @@ void write_resolved_case(Case c, OutputSet& outputs) {
 }
 
 template <int D>
-void add_point_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector<Metric<D>>& vertex_metric) {
+void add_point_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector<Metric<D>>& vertex_metric,
+                      std::vector<double> wall_distances, std::vector<double> level_offsets) {
   const std::size_t n = mesh.points.size();
   const auto field = [&](const char* name, int components) {
     return MeshField{name, components, std::vector<double>(n * static_cast<std::size_t>(components))};
   };
-  MeshField phi = field("phi", 1), normal = field("N", D), hn = field("hn", 1), ht1 = field("ht1", 1),
-            ht2 = field("ht2", 1);
+  MeshField normal = field("N", D), hn = field("hn", 1), ht1 = field("ht1", 1), ht2 = field("ht2", 1);
   for_each_index(
       n,
       [&](std::size_t i) {
         const WallSample s = metric.sample(in_space<D>(mesh.points[i]));
-        phi.values[i] = s.wall.phi;
         for (int k = 0; k < D; ++k) normal.values[D * i + static_cast<std::size_t>(k)] = s.wall.N[k];
         hn.values[i] = s.hn;
         ht1.values[i] = s.ht1;
         ht2.values[i] = s.ht2;
       },
       256);
-  mesh.point_fields = {std::move(phi), std::move(normal), std::move(hn), std::move(ht1)};
+  mesh.point_fields = {
+      {"phi", 1, std::move(wall_distances)}, std::move(normal), std::move(hn), std::move(ht1)};
   if (D == 3) mesh.point_fields.push_back(std::move(ht2));
   mesh.point_fields.push_back(tensor_field<D>(vertex_metric));
+  mesh.point_fields.push_back({"level_offset", 1, std::move(level_offsets)});
 }
 
 template <int D>
@@ -478,12 +479,11 @@ void make_mesh(const Run& run) {
                           report.score.quality_min));
 
   stages.stage("fields");
-  add_point_fields<D>(mesh, run.metric, vertex_metric);
-  const std::vector<double>& phi = mesh.point_fields.front().values;
+  const Homotopy<D> wanted(run.metric);
+  std::vector<double> phi = wall_distances<D>(mesh, wanted), offsets;
   report.wall = judge_wall<D>(mesh, phi, run.body, run.metric);
-  std::vector<double> offsets;
-  report.levels = score_layers<D>(mesh, vertex_metric, Homotopy<D>(run.metric), phi, &offsets);
-  mesh.point_fields.push_back({"level_offset", 1, std::move(offsets)});
+  report.levels = score_layers<D>(mesh, vertex_metric, wanted, phi, &offsets);
+  add_point_fields<D>(mesh, run.metric, vertex_metric, std::move(phi), std::move(offsets));
   add_cell_fields<D>(mesh, run.metric, vertex_metric);
   stages.done(
       fmt::format("{} point and {} cell fields", mesh.point_fields.size(), mesh.cell_fields.size() + 1));

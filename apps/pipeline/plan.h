@@ -12,19 +12,19 @@
 namespace lamina {
 
 /// Tetrahedra of a unit mesh per unit of complexity C, the integral of sqrt(det M), where the metric hardly
-/// changes over an edge: what the optimizer makes far from all walls (8.8 to 9.2; regular unit tetrahedra,
+/// changes over an edge: what the optimizer makes far from all walls (8.0 to 8.4; regular unit tetrahedra,
 /// which do not fill space, would be 8.49). Where it changes, a mesh of unit edges is denser: an edge is
 /// measured by the metrics of its two ends, and by those a chord of a fan or along a curved wall is longer
 /// than by the metric at its middle, by exp(e) on average. Prediction counts exp(3 e) times as many cells,
 /// with e measured in each region.
-inline constexpr double kCellsPerComplexity = 9.1;
+inline constexpr double kCellsPerComplexity = 8.3;
 inline constexpr double kCellsPerPoint = 5.8;
 /// The same of triangles, of which there are two per point; regular ones would be 2.31.
 inline constexpr double kTrianglesPerComplexity = 2.4;
 
 /// Seconds of one core (2 GHz of 2020) and bytes that a cell takes, measured on meshes of 0.2 to 8 million
 /// cells.
-inline constexpr double kSecondsPerCell = 1.1e-4;
+inline constexpr double kSecondsPerCell = 8e-5;
 inline constexpr double kBytesPerCell = 100.0, kBytesAtLeast = 1.4e8;
 
 /// What makes a place costly.

@@ -206,6 +206,7 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
   const std::size_t count = local.cells.size() - local.free_cells.size();
   r.cells.reserve(count);
   r.facet_pieces.reserve(count);
+  if (!mesh.regions.empty()) r.regions.reserve(count);
   r.energy.reserve(count);
   for (Index c = 0; c < static_cast<Index>(local.cells.size()); ++c) {
     if (!local.alive(c)) continue;
