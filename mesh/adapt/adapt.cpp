@@ -73,29 +73,40 @@ constexpr std::array kMending = {kRepair, kCollapse, kSplit, kSwap, kSmooth, kRe
 // At the very end, when shapes are settled: what lengths gain here, smoothing would take back.
 constexpr std::array kStretching = {kStretch, kStretch, kStretch};
 
-/// One pass over all cells, or over `cells` when there are some.
-template <int D>
-void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, const AdaptOptions& options,
-              int pass, std::span<const Operator> sweeps, const std::vector<Index>& cells,
-              AdaptSummary& summary) {
-  constexpr std::size_t kCellsPerVertex = D == 3 ? 5 : 2;
-  const std::size_t cells_per_block = kCellsPerVertex * static_cast<std::size_t>(options.block_vertices);
+// A right column's cells have a mean quality of .83, and its diagonals are sqrt 2 long.
+constexpr double kLessSwaps = 0.05;
+
+Rules plain_rules(const AdaptOptions& options) {
   Rules rules;
   rules.floor = options.quality_floor;
   rules.align = options.align == Align::kLayers;
-  if (sweeps.data() == kPolish<D>.data()) {
-    if (D == 2) {
-      rules.swap_below = 0.95;
-      rules.long_edge = 1.25;
-      rules.least_swap = 0.0003;
-      rules.least_move = 0.0002;
-    } else {
-      rules.swap_below = 0.8;
-      rules.short_edge = 0.75;
-      if (!rules.align) rules.long_edge = 1.38;  // the diagonals of right columns are sqrt 2 long
-    }
+  if (rules.align) rules.swap_below -= kLessSwaps;
+  return rules;
+}
+
+template <int D>
+Rules polish_rules(const AdaptOptions& options) {
+  Rules rules = plain_rules(options);
+  if (D == 2) {
+    rules.swap_below += 0.2;
+    rules.long_edge = 1.25;
+    rules.least_swap = 0.0003;
+    rules.least_move = 0.0002;
+  } else {
+    rules.swap_below += 0.05;
+    rules.short_edge = 0.75;
+    if (!rules.align) rules.long_edge = 1.38;
   }
-  if (rules.align) rules.swap_below -= 0.05;  // a right column has a mean quality of .83
+  return rules;
+}
+
+/// One pass over all cells, or over `cells` when there are some.
+template <int D>
+void run_pass(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, double floor, const AdaptOptions& options,
+              int pass, std::span<const Operator> sweeps, const Rules& rules, const std::vector<Index>& cells,
+              AdaptSummary& summary) {
+  constexpr std::size_t kCellsPerVertex = D == 3 ? 5 : 2;
+  const std::size_t cells_per_block = kCellsPerVertex * static_cast<std::size_t>(options.block_vertices);
   const std::size_t blocks = block_count(cells.empty() ? mesh.cells.size() : cells.size(), cells_per_block);
   std::vector<std::array<OperatorStats, kOperatorCount>> stats(blocks);
   const auto visit = [&](LocalMesh<D>& local, std::size_t block) {
@@ -120,8 +131,8 @@ void mend(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions& 
   std::vector<Index> bad = bad_cells(mesh, below);
   for (int i = 0; i < kMostPasses && !bad.empty(); ++i) {
     const std::size_t before = bad.size();
-    run_pass<D>(mesh, field, 0.0, options, pass + i, kMending, cells_around(mesh, std::move(bad), kRings),
-                summary);
+    run_pass<D>(mesh, field, 0.0, options, pass + i, kMending, plain_rules(options),
+                cells_around(mesh, std::move(bad), kRings), summary);
     bad = bad_cells(mesh, below);
     if (bad.size() >= before) break;
   }
@@ -141,7 +152,7 @@ int stretch(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions
     std::vector<Index> cells = cells_around(mesh, loose_cells(mesh, since), kRings);
     if (cells.empty()) break;
     if (2 * cells.size() > mesh.cells.size()) cells.clear();
-    run_pass<D>(mesh, field, 0.0, options, pass + i, kStretching, cells, summary);
+    run_pass<D>(mesh, field, 0.0, options, pass + i, kStretching, plain_rules(options), cells, summary);
   }
   return pass + kPasses;
 }
@@ -212,10 +223,13 @@ AdaptStep run_step(AdaptState<D>& state, const AdaptMetric<D>& field, const Adap
   double share = 0.0;
   for (int i = 0; i < passes && gain > kWorthwhile; ++i) {
     if (progress != nullptr) progress->check_cancelled();
-    const std::span<const Operator> sweeps =
-        last ? std::span<const Operator>(kPolish<D>) : std::span<const Operator>(kPlain<D>);
-    run_pass<D>(mesh, field, floor, options, state.pass++, sweeps, {}, state.summary);
-    if (!last) continue;
+    if (!last) {
+      run_pass<D>(mesh, field, floor, options, state.pass++, kPlain<D>, plain_rules(options), {},
+                  state.summary);
+      continue;
+    }
+    run_pass<D>(mesh, field, floor, options, state.pass++, kPolish<D>, polish_rules<D>(options), {},
+                state.summary);
     const double reached = unit_share(mesh);
     gain = reached - std::exchange(share, reached);
   }
