@@ -40,7 +40,7 @@ void add_stats(std::vector<OperatorStats>& total, const std::array<OperatorStats
 }
 
 // The sweeps of one visit, on the way to the wanted metric and there: what polishing finds among good cells,
-// two passes of it gain more than six plain ones. In space every split sweep is followed by a collapse sweep
+// two passes of it gain more than six plain ones. In space a collapse sweep follows split sweeps at once,
 // before anything is spent on the shape of points that will go again; a plane keeps more of them, and better
 // cells.
 template <int D>
@@ -48,8 +48,8 @@ inline constexpr std::array kPlain = {kSplit, kCollapse, kSwap, kSmooth};
 template <>
 inline constexpr std::array kPlain<2> = {kCollapse, kSplit, kSplit, kSplit, kSwap, kSmooth};
 template <int D>
-inline constexpr std::array kPolish = {kSplit,    kCollapse, kSwap, kSmooth, kSplit, kSwap,
-                                       kCollapse, kSmooth,   kSwap, kSmooth, kRepair};
+inline constexpr std::array kPolish = {kSplit, kSplit,    kCollapse, kSwap, kSmooth, kSplit,
+                                       kSwap,  kCollapse, kSmooth,   kSwap, kSmooth, kRepair};
 template <>
 inline constexpr std::array kPolish<2> = {kCollapse, kSplit, kSplit,  kSplit, kSwap,   kSmooth,
                                           kCollapse, kSwap,  kSmooth, kSwap,  kSmooth, kRepair};
