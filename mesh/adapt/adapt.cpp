@@ -55,7 +55,8 @@ inline constexpr std::array kPolish<2> = {kCollapse, kSplit, kSplit,  kSplit, kS
                                           kCollapse, kSwap,  kSmooth, kSwap,  kSmooth, kRepair};
 
 // Time counts sweeps, and leaves room for as many in every pass.
-constexpr int begin_of(int pass) { return pass * static_cast<int>(kPolish<2>.size()); }
+constexpr std::size_t kMostSweeps = std::max(kPolish<2>.size(), kPolish<3>.size());
+constexpr int begin_of(int pass) { return pass * static_cast<int>(kMostSweeps); }
 
 // When everything that sweep k of a pass looks at was last tried. A step begins with all vertices changed,
 // so that passes of both kinds do not mix.
@@ -73,8 +74,7 @@ constexpr std::array kMending = {kRepair, kCollapse, kSplit, kSwap, kSmooth, kRe
 // At the very end, when shapes are settled: what lengths gain here, smoothing would take back.
 constexpr std::array kStretching = {kStretch, kStretch, kStretch};
 
-// A right column's cells have a mean quality of .83, and its diagonals are sqrt 2 long.
-constexpr double kLessSwaps = 0.05;
+constexpr double kLessSwaps = 0.05;  // where vertices are aligned: right columns have a mean quality of .83
 
 Rules plain_rules(const AdaptOptions& options) {
   Rules rules;
@@ -95,7 +95,7 @@ Rules polish_rules(const AdaptOptions& options) {
   } else {
     rules.swap_below += 0.05;
     rules.short_edge = 0.75;
-    if (!rules.align) rules.long_edge = 1.38;
+    if (!rules.align) rules.long_edge = 1.38;  // the diagonals of right columns are sqrt 2 long
   }
   return rules;
 }

@@ -102,6 +102,15 @@ TEST(Picture, SameBytesTwice) {
   }
 }
 
+int pixels_of_region(const Image& image, int region) {
+  const Rgb c = region_color(region);
+  return image.count([&](const std::array<int, 3>& p) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (std::abs(p[k] - 255 * c[k]) > 2) return false;
+    return true;
+  });
+}
+
 TEST(Picture, RegionsKeepTheirColors) {
   const Scratch folder;
   PictureOptions o = half_way();
@@ -109,12 +118,7 @@ TEST(Picture, RegionsKeepTheirColors) {
   draw_slice(folder / "a.png", ball_mesh<3>(6), o);  // large cells: most pixels are far from any line
   const Image image(folder / "a.png");
   for (int region = 0; region < 4; ++region) {
-    const Rgb c = region_color(region);
-    const int pixels = image.count([&](const std::array<int, 3>& p) {
-      for (std::size_t k = 0; k < 3; ++k)
-        if (std::abs(p[k] - 255 * c[k]) > 2) return false;
-      return true;
-    });
+    const int pixels = pixels_of_region(image, region);
     EXPECT_GT(pixels, 1000) << region;
   }
 }
@@ -131,12 +135,7 @@ TEST(Picture, RegionsOfOtherMeshesAreTheirTags) {
   draw_slice(folder / "a.png", mesh, o);
   const Image image(folder / "a.png");
   for (int region = 0; region < 4; ++region) {
-    const Rgb c = region_color(region);
-    const int pixels = image.count([&](const std::array<int, 3>& p) {
-      for (std::size_t k = 0; k < 3; ++k)
-        if (std::abs(p[k] - 255 * c[k]) > 2) return false;
-      return true;
-    });
+    const int pixels = pixels_of_region(image, region);
     EXPECT_EQ(pixels > 0, region < 2) << region << ": " << pixels;
   }
 }

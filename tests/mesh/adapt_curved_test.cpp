@@ -11,6 +11,7 @@
 #include "mesh/adapt.h"
 #include "mesh/score.h"
 #include "mesh/validate.h"
+#include "tests/mesh/followed.h"
 #include "tests/mesh/lattice.h"
 
 namespace lamina {
@@ -60,17 +61,8 @@ double volume(const Mesh<D>& mesh) {
 /// visit(x, tag) at points all over the boundary.
 template <int D, class Visit>
 void sample_boundary(const Mesh<D>& mesh, Visit&& visit) {
-  constexpr int kParts = 6;
-  for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
-    for (int i = 0; i <= kParts; ++i) {
-      for (int j = 0; j <= (D == 2 ? 0 : kParts - i); ++j) {
-        const int rest = kParts - i - j;
-        Vec<D> x = (i * mesh.points[mesh.facets[f][0]] + rest * mesh.points[mesh.facets[f][1]]) / kParts;
-        x += static_cast<double>(j) / kParts * mesh.points[mesh.facets[f][D - 1]];
-        visit(x, mesh.facet_tags[f]);
-      }
-    }
-  }
+  for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+    sample_facet<D>(mesh, mesh.facets[f], [&](const Vec<D>& x) { visit(x, mesh.facet_tags[f]); });
 }
 
 template <class T>
@@ -89,15 +81,9 @@ TYPED_TEST(AdaptCurved, StaysOnASphereWithinTheTolerance) {
   sample_boundary<D>(input, [&](const Vec<D>& x, Index) { sagitta = std::max(sagitta, 1.0 - x.norm()); });
   for (const double tolerance : {2e-2, 4e-3}) {
     for (const double size : {D == 2 ? 0.03 : 0.12, 0.5}) {
-      Mesh<D> mesh = input;
       std::vector<Metric<D>> metric;
-      AdaptOptions options;
-      options.end_size = size;
-      options.hausdorff = tolerance;
-      adapt<D>(mesh, Uniform<D>(size), metric, options);
-      const Validation v = validate<D>(mesh);
-      EXPECT_TRUE(v.ok()) << v.summary();
-      ASSERT_EQ(mesh.facets.size(), static_cast<std::size_t>(v.boundary_facets));
+      const Mesh<D> mesh = followed<D>(input, Uniform<D>(size), size, tolerance, metric);
+      ASSERT_EQ(mesh.facets.size(), static_cast<std::size_t>(validate<D>(mesh).boundary_facets));
       // A closed surface between two concentric spheres is as near to each as they are to each other.
       sample_boundary<D>(mesh, [&](const Vec<D>& x, Index tag) {
         EXPECT_EQ(tag, 5);
@@ -124,14 +110,8 @@ TYPED_TEST(AdaptCurved, KeepsPlanesCornersAndRidgesBesideCurvedPieces) {
   const Mesh<D> input = sector<D>(10);
   const double tolerance = 2e-3, sagitta = 1.0 - std::cos(0.025 * std::numbers::pi);
   for (const double size : {0.05, 0.5}) {
-    Mesh<D> mesh = input;
     std::vector<Metric<D>> metric;
-    AdaptOptions options;
-    options.end_size = size;
-    options.hausdorff = tolerance;
-    adapt<D>(mesh, Uniform<D>(size), metric, options);
-    const Validation v = validate<D>(mesh);
-    EXPECT_TRUE(v.ok()) << v.summary();
+    const Mesh<D> mesh = followed<D>(input, Uniform<D>(size), size, tolerance, metric);
     sample_boundary<D>(mesh, [&](const Vec<D>& x, Index tag) {
       const double r = x.template head<2>().norm();
       ASSERT_GE(tag, 1);
@@ -247,11 +227,7 @@ TYPED_TEST(AdaptCurved, KeepsAFlatCreaseBetweenPlanes) {
   for (Vec<D>& x : mesh.points) x[1] *= roof(x);
   const double before = volume<D>(mesh);
   std::vector<Metric<D>> metric;
-  AdaptOptions options;
-  options.end_size = 0.3;
-  options.hausdorff = 0.1;
-  adapt<D>(mesh, Uniform<D>(0.3), metric, options);
-  EXPECT_TRUE(validate<D>(mesh).ok());
+  mesh = followed<D>(std::move(mesh), Uniform<D>(0.3), 0.3, 0.1, metric);
   EXPECT_NEAR(volume<D>(mesh), before, 1e-12);
   EXPECT_LT(mesh.points.size(), D == 2 ? 40U : 150U);
   for (std::size_t f = 0; f < mesh.facets.size(); ++f)
@@ -267,14 +243,10 @@ TYPED_TEST(AdaptCurved, ThinBodiesKeepTheirTwoSidesApart) {
   for (Vec<D>& x : mesh.points) x[D - 1] *= kThin;
   const double before = volume<D>(mesh);
   std::vector<Metric<D>> metric;
-  AdaptOptions options;
-  options.end_size = 0.2;
-  options.hausdorff = 2e-3;
-  adapt<D>(mesh, Uniform<D>(0.2), metric, options);
-  const Validation v = validate<D>(mesh);
-  EXPECT_TRUE(v.ok()) << v.summary();
+  constexpr double kTolerance = 2e-3;
+  mesh = followed<D>(std::move(mesh), Uniform<D>(0.2), 0.2, kTolerance, metric);
   const double area = D == 2 ? 4.0 : 2.0 * std::numbers::pi;
-  EXPECT_NEAR(volume<D>(mesh), before, area * options.hausdorff);
+  EXPECT_NEAR(volume<D>(mesh), before, area * kTolerance);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "mesh/adapt.h"
 #include "mesh/score.h"
 #include "mesh/validate.h"
+#include "tests/mesh/followed.h"
 #include "tests/mesh/lattice.h"
 
 namespace lamina {
@@ -84,15 +85,7 @@ std::vector<std::array<Index, D>> borders(const Mesh<D>& mesh) {
 /// visit(x) at points all over the facets.
 template <int D, class Visit>
 void sample(const Mesh<D>& mesh, const std::vector<std::array<Index, D>>& facets, Visit&& visit) {
-  constexpr int kParts = 6;
-  for (const auto& f : facets) {
-    for (int i = 0; i <= kParts; ++i) {
-      for (int j = 0; j <= (D == 2 ? 0 : kParts - i); ++j) {
-        Vec<D> x = (i * mesh.points[f[0]] + (kParts - i - j) * mesh.points[f[1]]) / kParts;
-        visit(Vec<D>(x + static_cast<double>(j) / kParts * mesh.points[f[D - 1]]));
-      }
-    }
-  }
+  for (const auto& f : facets) sample_facet<D>(mesh, f, visit);
 }
 
 // A lattice of [-1, 1]^D whose squares around the axis of the first `round` coordinates become circles (2) or
@@ -176,14 +169,8 @@ TYPED_TEST(AdaptRegions, FollowsCurvedBordersWithinTheTolerance) {
     sample<D>(input, borders<D>(input), [&](const Vec<D>& x) { sagitta = std::max(sagitta, -distance(x)); });
     ASSERT_LT(sagitta, D == 2 ? 0.01 : 0.03);
     for (const double size : {D == 2 ? 0.05 : 0.15, 0.6}) {
-      Mesh<D> mesh = input;
       std::vector<Metric<D>> metric;
-      AdaptOptions options;
-      options.end_size = size;
-      options.hausdorff = tolerance;
-      adapt<D>(mesh, Layers<D>(size), metric, options);
-      const Validation v = validate<D>(mesh);
-      EXPECT_TRUE(v.ok()) << v.summary();
+      const Mesh<D> mesh = followed<D>(input, Layers<D>(size), size, tolerance, metric);
       const auto facets = borders<D>(mesh);
       ASSERT_FALSE(facets.empty());
       sample<D>(mesh, facets, [&](const Vec<D>& x) {
@@ -207,7 +194,7 @@ TYPED_TEST(AdaptRegions, FollowsCurvedBordersWithinTheTolerance) {
         }
       }
       const Score s = score<D>(mesh, metric);
-      EXPECT_GE(s.quality_min, size < 0.6 ? 0.2 : options.quality_floor) << round;
+      EXPECT_GE(s.quality_min, size < 0.6 ? 0.2 : AdaptOptions().quality_floor) << round;
       EXPECT_GE(s.unit_share, size < 0.6 ? 0.97 : 0.0) << round;
       if (size == 0.6) {
         EXPECT_LT(facets.size(), borders<D>(input).size()) << round;
@@ -233,13 +220,9 @@ TYPED_TEST(AdaptRegions, KeepsLinesWhereCurvedBordersMeet) {
   const double whole = validate<D>(mesh).volume;
   const double tolerance = 4e-3, sagitta = 1.0 - std::cos(std::numbers::pi / 48.0);
   std::vector<Metric<D>> metric;
-  AdaptOptions options;
-  options.end_size = D == 2 ? 0.02 : 0.08;
-  options.hausdorff = tolerance;
-  adapt<D>(mesh, Layers<D>(options.end_size), metric, options);
-  const Validation v = validate<D>(mesh);
-  EXPECT_TRUE(v.ok()) << v.summary();
-  EXPECT_NEAR(v.volume, whole, 4.0 * tolerance);
+  const double size = D == 2 ? 0.02 : 0.08;
+  mesh = followed<D>(std::move(mesh), Layers<D>(size), size, tolerance, metric);
+  EXPECT_NEAR(validate<D>(mesh).volume, whole, 4.0 * tolerance);
   const auto after = volumes<D>(mesh);
   ASSERT_EQ(after.size(), 3U);
   for (const auto& [tag, volume] : before) EXPECT_NEAR(after.at(tag), volume, 2.5 * tolerance) << tag;
