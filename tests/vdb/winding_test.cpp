@@ -49,6 +49,37 @@ TEST(Winding, HandValuesOfOpenSets) {
   EXPECT_NEAR(plate.at({0.5, 0.5, 1.0 + 1e-9}), -0.5, 1e-8);
 }
 
+// The part of a sphere around x that t covers, negative when seen from behind [vanOosterom1983].
+double share_of_sphere(const Corners& t, const Vec3& x) {
+  const Vec3 a = t[0] - x, b = t[1] - x, c = t[2] - x;
+  const double la = a.norm(), lb = b.norm(), lc = c.norm();
+  return std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb) /
+         (2.0 * std::numbers::pi);
+}
+
+TEST(Winding, RoughExpansionsKeepTheirBound) {
+  Dice dice(3);
+  const Vec3 lo = Vec3::Zero(), hi = Vec3::Ones();
+  for (const double size : {0.02, 0.1}) {
+    std::vector<Corners> soup;
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 a = dice.point(lo, hi), d = Vec3::Constant(size);
+      soup.push_back({a, dice.point(a - d, a + d), dice.point(a - d, a + d)});
+    }
+    const DipoleTree tree(soup);
+    int differing = 0;
+    for (int i = 0; i < 500; ++i) {
+      const Vec3 x = dice.point(lo, hi);
+      double sum = 0.0;
+      for (const Corners& t : soup) sum += share_of_sphere(t, x);
+      EXPECT_NEAR(tree.at(x), sum, 0.02);
+      EXPECT_NEAR(tree.roughly_at(x), sum, DipoleTree::kRoughError);
+      differing += std::abs(tree.roughly_at(x) - sum) > 1e-6;
+    }
+    EXPECT_GT(differing, 250);  // it is an expansion
+  }
+}
+
 TEST(Winding, OverlapsNestingAndInversionAddUp) {
   const Surface a = box(Vec3::Zero(), Vec3::Ones()), b = box(Vec3::Constant(0.5), Vec3::Constant(1.5));
   const Winding w = winding_of(joined(a, b));
@@ -76,15 +107,15 @@ TEST(Winding, AgreesWithPlainSolidAngles) {
     for (int i = 0; i < 300; ++i) {
       const Vec3 x = dice.point(box.lo, box.hi);
       double sum = 0.0;
-      for (const auto& t : s.triangles) {
-        const Vec3 a = s.points[static_cast<std::size_t>(t[0])] - x,
-                   b = s.points[static_cast<std::size_t>(t[1])] - x,
-                   c = s.points[static_cast<std::size_t>(t[2])] - x;
-        const double la = a.norm(), lb = b.norm(), lc = c.norm();
-        sum +=
-            2.0 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+      for (const auto& t : s.triangles)
+        sum += share_of_sphere(
+            {s.points[static_cast<std::size_t>(t[0])], s.points[static_cast<std::size_t>(t[1])],
+             s.points[static_cast<std::size_t>(t[2])]},
+            x);
+      EXPECT_NEAR(w.at(x), sum, 0.02);
+      if (std::abs(std::abs(sum) - 0.5) > 0.02) {
+        EXPECT_EQ(w.encloses(x), std::abs(sum) > 0.5);
       }
-      EXPECT_NEAR(w.at(x), sum / (4.0 * std::numbers::pi), 0.02);
     }
   }
 }

@@ -301,7 +301,7 @@ SignRule::SignRule(const Surface& surface, const Topology& topology, bool sheets
 
 double SignRule::winding_sign(const Vec3& x) const {
   if (!solid_box_.contains(x)) return 1.0;
-  return std::abs(solid_.at(x)) > 0.5 ? -1.0 : 1.0;
+  return solid_.encloses(x) ? -1.0 : 1.0;
 }
 
 double SignRule::sign(const Surface& s, const Topology& topo, const Vec3& x, const TriangleHit& hit) const {

@@ -198,6 +198,13 @@ int Winding::crossings(const Vec3& x) const {
   return count;
 }
 
+bool Winding::encloses(const Vec3& x) const {
+  const int count = crossings(x);
+  const double rough = std::abs(count - caps_.roughly_at(x)) - 0.5;
+  if (std::abs(rough) > DipoleTree::kRoughError) return rough > 0.0;
+  return std::abs(count - caps_.at(x)) > 0.5;
+}
+
 DipoleTree::DipoleTree(std::vector<Corners> triangles) {
   std::vector<BoxRef> refs;
   refs.reserve(triangles.size());
@@ -265,7 +272,8 @@ Eigen::Array2d DipoleTree::Pair::flux(const Eigen::Array2d* r, const Eigen::Arra
   return inverse / d2.sqrt() * (along + trace - 3.0 * stretch * inverse);
 }
 
-double DipoleTree::at(const Vec3& x) const {
+// Clusters count as far beyond sqrt(reach2) of their reach.
+double DipoleTree::expand(const Vec3& x, double reach2) const {
   if (tree_.empty()) return 0.0;
   std::int32_t stack[kTreeStack];
   int depth = 0;
@@ -283,7 +291,7 @@ double DipoleTree::at(const Vec3& x) const {
     const Pair& pair = clusters_[static_cast<std::size_t>(code)];
     const Eigen::Array2d r[3] = {pair.center[0] - x[0], pair.center[1] - x[1], pair.center[2] - x[2]};
     const Eigen::Array2d d2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-    const bool far[2] = {d2[0] > pair.reach2[0], d2[1] > pair.reach2[1]};
+    const bool far[2] = {d2[0] > reach2 * pair.reach2[0], d2[1] > reach2 * pair.reach2[1]};
     if (far[0] || far[1]) {
       const Eigen::Array2d flux = pair.flux(r, d2);
       sum += (far[0] ? flux[0] : 0.0) + (far[1] ? flux[1] : 0.0);
