@@ -104,14 +104,17 @@ struct AdaptSummary {
 /// Flat pieces stay flat, ridges and corners stay. Vertices of curved pieces lie on the input's facets,
 /// and new facets within `hausdorff` of them, at points sampled (mesh/README.md). Facets between cells
 /// of different tags, and those within the mesh that have tags and cut a part of it off, are kept like
-/// boundaries. REQUIRES a valid mesh (mesh/validate.h); boundary facets may be missing from the list. Of the
-/// input's tags those of facets and cells are kept, with names, fields are not.
+/// boundaries. Listed edges are followed as ridges are, wherever they lie, listed corners stay, and what is
+/// required stays as it is. REQUIRES a valid mesh (mesh/validate.h); boundary facets may be missing from the
+/// list. Of the input's tags those of facets, edges, cells, corners and required points are kept, with names,
+/// fields are not.
 /// GUARANTEES (1) every cell positive by an exact predicate; (2) conforming; (3) the same bits for every
 /// thread count; (4) `metric` receives the metric of every vertex, at the size floor of the last step, which
 /// is the wanted metric unless `after_step` ended the run; (5) a mesh that is unit already and that polishing
 /// would hardly improve stays as it is, unless `start_size` is given. Errors: kAdapt (tagged facets within
-/// the mesh that cut nothing off, more than 65534 pieces or regions, a snapshot of another run), kInterrupted
-/// as soon as `progress` asks for it; the mesh is then what it was.
+/// the mesh that cut nothing off, required cells or facets within a region, listed edges that are none of a
+/// cell, more than 49151 pieces, 16383 lines or 65534 regions, a snapshot of another run), kInterrupted as
+/// soon as `progress` asks for it; the mesh is then what it was.
 template <int D>
 AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metric<D>>& metric,
                    const AdaptOptions& options, Progress* progress = nullptr);

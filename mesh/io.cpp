@@ -37,10 +37,10 @@ template <int D>
 void check_sizes(const std::filesystem::path& path, const Mesh<D>& mesh) {
   const auto fits = [](std::size_t tags, std::size_t items) { return tags == 0 || tags == items; };
   if (!fits(mesh.cell_tags.size(), mesh.cells.size()) || !fits(mesh.facet_tags.size(), mesh.facets.size()) ||
-      !fits(mesh.point_tags.size(), mesh.points.size()))
+      !fits(mesh.point_tags.size(), mesh.points.size()) || !fits(mesh.edge_tags.size(), mesh.edges.size()))
     throw Error(ErrorCode::kParameter,
-                fmt::format("{}: a mesh with another number of tags than of cells, facets or "
-                            "points cannot be written",
+                fmt::format("{}: a mesh with another number of tags than of cells, facets, "
+                            "edges or points cannot be written",
                             path.string()));
   check_fields(path, mesh.point_fields, mesh.points.size());
   check_fields(path, mesh.cell_fields, mesh.cells.size());

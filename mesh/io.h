@@ -24,6 +24,8 @@ struct MeshFormat {
   bool facets = true;
   bool cell_tags = true, facet_tags = true, point_tags = false;
   bool cell_names = false, facet_names = false;
+  bool edges = false;  ///< in 3D lines, with tags; in 2D and 3D corners; names of their tags with facet_names
+  bool required = false;  ///< required parts, and which edges are ridges
   /// Components of the fields it can hold: none, 1 and D and kSymSize<D>, or any number.
   enum class Fields { kNoFields, kTensorFields, kAnyFields };
   Fields point_fields = Fields::kNoFields, cell_fields = Fields::kNoFields;

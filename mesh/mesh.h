@@ -24,6 +24,16 @@ struct MeshField {
 /// Names of tags, as solvers want them.
 using TagNames = std::map<Index, std::string>;
 
+/// Parts that the optimizer must leave as they are: their numbers, ascending.
+struct RequiredParts {
+  std::vector<Index> points, edges, facets, cells;
+
+  [[nodiscard]] bool empty() const {
+    return points.empty() && edges.empty() && facets.empty() && cells.empty();
+  }
+  bool operator==(const RequiredParts&) const = default;
+};
+
 template <int D>
 struct Mesh {
   std::vector<Vec<D>> points;
@@ -33,6 +43,13 @@ struct Mesh {
   std::vector<Index> facet_tags;             ///< one per facet, or empty
   std::vector<Index> point_tags;             ///< one per point, or empty
   TagNames cell_names, facet_names;          ///< of tags that have one (materials, walls)
+  /// Lines that are kept, in 3D: edges of cells, each once. In 2D there are none, facets are the edges.
+  std::vector<std::array<Index, 2>> edges;
+  std::vector<Index> edge_tags;      ///< one per edge, or empty
+  std::vector<Index> ridges;         ///< the edges that are sharp, ascending
+  std::vector<Index> corners;        ///< points that are kept, ascending
+  TagNames edge_names, point_names;  ///< of tags that have one
+  RequiredParts required;
   std::vector<MeshField> point_fields, cell_fields;
 
   [[nodiscard]] const MeshField* point_field(const std::string& name) const {

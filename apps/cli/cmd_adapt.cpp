@@ -25,7 +25,7 @@ struct State {
   CaseFlags wall;
   Adaptation adaptation;
   std::vector<std::string> lp_hessians;  // FIELD P FIELD P ...
-  std::string metric_out, report, align = "none", cell_tags = "keep";
+  std::string metric_out, report, align = "none", cell_tags = "keep", edges = "keep";
 };
 
 void add_metric_options(CLI::App& app, State& s) {
@@ -127,6 +127,13 @@ void add_other_options(CLI::App& app, State& s) {
       ->type_name("NAME")
       ->check(CLI::IsMember({"keep", "drop"}))
       ->group("Boundary");
+  app.add_option(
+         "--edges", s.edges,
+         "keep: edges, corners and required parts that MESH lists stay, edges as ridges do; drop: they "
+         "are forgotten (keep | drop; default: keep)")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"keep", "drop"}))
+      ->group("Boundary");
   app.add_option("--align", s.align,
                  "where vertices go: none, anywhere, which makes the most regular cells, or layers, onto the "
                  "levels of a metric with layers (none | layers; default: none)")
@@ -155,6 +162,7 @@ int run(State& s) {
   if (!s.metric_out.empty()) a.metric_out = s.metric_out;
   if (!s.report.empty()) a.report = s.report;
   a.keep_cell_tags = s.cell_tags != "drop";
+  a.keep_edges = s.edges != "drop";
   if (s.align == "layers") a.align = Align::kLayers;
   Terminal terminal(s.wall.verbosity());
   const AdaptationReport report = run_adaptation(a, &terminal);

@@ -16,14 +16,15 @@ namespace {
 /// One line a format: name, suffixes, what it holds.
 std::string format_list() {
   std::string text =
-      "Formats (c f p: tags of cells, facets, points; N: names of tags; F: fields, of .mesh and .meshb in\n"
-      "the .sol or .solb beside it; 2: 2D too):\n";
+      "Formats (c f p: tags of cells, facets, points; e: edges and corners; N: names of tags; F: fields, of\n"
+      ".mesh and .meshb in the .sol or .solb beside it; 2: 2D too):\n";
   for (const MeshFormat& f : mesh_formats()) {
     std::string holds;
     const auto add = [&](bool held, char letter) { holds += held ? letter : '-'; };
     add(f.cell_tags, 'c');
     add(f.facet_tags, 'f');
     add(f.point_tags, 'p');
+    add(f.edges, 'e');
     add(f.facet_names, 'N');
     add(f.point_fields != MeshFormat::Fields::kNoFields || f.solution, 'F');
     add(f.plane, '2');
@@ -78,6 +79,7 @@ int convert(const State& state) {
           mesh.facets.clear();
           mesh.facet_tags.clear();
           mesh.facet_names.clear();
+          mesh.required.facets.clear();
         }
         if (list) list_box_facets(mesh);
         return write_mesh(outputs.files(), state.out, mesh, options);

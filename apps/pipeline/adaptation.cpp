@@ -91,6 +91,63 @@ void protect_inputs(const Adaptation& a, OutputSet& outputs) {
   for (const LpHessian& wanted : a.lp_hessians) outputs.protect(wanted.field);
 }
 
+/// Points without a cell go, with corners there.
+template <int D>
+void drop_unused_points(Mesh<D>& mesh, const std::string& name) {
+  std::vector<Index> number(mesh.points.size(), kNone);
+  for (const auto& cell : mesh.cells)
+    for (const Index v : cell) number[static_cast<std::size_t>(v)] = 0;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < number.size(); ++i) {
+    if (number[i] == kNone) continue;
+    mesh.points[kept] = mesh.points[i];
+    if (!mesh.point_tags.empty()) mesh.point_tags[kept] = mesh.point_tags[i];
+    number[i] = static_cast<Index>(kept++);
+  }
+  mesh.points.resize(kept);
+  if (!mesh.point_tags.empty()) mesh.point_tags.resize(kept);
+  const auto renumber = [&](auto& list) {
+    for (auto& simplex : list)
+      for (Index& v : simplex) v = number[static_cast<std::size_t>(v)];
+  };
+  renumber(mesh.cells);
+  renumber(mesh.facets);
+  renumber(mesh.edges);
+  for (const auto& edge : mesh.edges)
+    if (edge[0] == kNone || edge[1] == kNone)
+      throw Error(ErrorCode::kAdapt,
+                  fmt::format("{}: a listed edge has a point that no cell has; --edges drop forgets listed "
+                              "edges, corners and required parts",
+                              name));
+  for (std::vector<Index>* list : {&mesh.corners, &mesh.required.points}) {
+    for (Index& v : *list) v = number[static_cast<std::size_t>(v)];
+    std::erase(*list, kNone);
+  }
+}
+
+/// Tags of points that will not be there, or not be known, in the new mesh.
+template <int D>
+std::int64_t count_loose_tags(const Mesh<D>& mesh) {
+  if (mesh.point_tags.empty()) return 0;
+  const auto has_tag = [](Index tag) { return tag != 0; };
+  std::vector<Index> loose = mesh.point_tags;
+  for (const std::vector<Index>* list : {&mesh.corners, &mesh.required.points})
+    for (const Index v : *list) loose[static_cast<std::size_t>(v)] = 0;
+  return std::count_if(loose.begin(), loose.end(), has_tag);
+}
+
+/// The listed parts that `--edges drop` forgets.
+template <int D>
+void drop_kept_parts(Mesh<D>& mesh) {
+  mesh.edges.clear();
+  mesh.edge_tags.clear();
+  mesh.ridges.clear();
+  mesh.corners.clear();
+  mesh.edge_names.clear();
+  mesh.point_names.clear();
+  mesh.required = {};
+}
+
 /// The mesh as the optimizer wants it: positive cells, no loose points, all of the boundary or nothing
 /// listed. Throws kAdapt where that is not enough.
 template <int D>
@@ -110,20 +167,7 @@ void make_ready(Mesh<D>& mesh, const std::string& name, Progress& progress) {
         fmt::format("{}: {} turned", name, counted(turned, "inverted cell was", "inverted cells were")));
   }
   if (found.unused_points > 0) {
-    std::vector<Index> number(mesh.points.size(), kNone);
-    for (const auto& cell : mesh.cells)
-      for (const Index v : cell) number[static_cast<std::size_t>(v)] = 0;
-    std::vector<Vec<D>> kept;
-    for (std::size_t i = 0; i < number.size(); ++i) {
-      if (number[i] == kNone) continue;
-      number[i] = static_cast<Index>(kept.size());
-      kept.push_back(mesh.points[i]);
-    }
-    for (auto& cell : mesh.cells)
-      for (Index& v : cell) v = number[static_cast<std::size_t>(v)];
-    for (auto& facet : mesh.facets)
-      for (Index& v : facet) v = number[static_cast<std::size_t>(v)];
-    mesh.points = std::move(kept);
+    drop_unused_points(mesh, name);
     progress.warn(
         fmt::format("{}: {} dropped", name,
                     counted(found.unused_points, "point without a cell was", "points without a cell were")));
@@ -133,8 +177,9 @@ void make_ready(Mesh<D>& mesh, const std::string& name, Progress& progress) {
       progress.warn(fmt::format("{}: {} listed with tag 0", name,
                                 counted(missing, "boundary facet that the file leaves out was",
                                         "boundary facets that the file leaves out were")));
-  if (std::any_of(mesh.point_tags.begin(), mesh.point_tags.end(), [](Index tag) { return tag != 0; }))
-    progress.warn(fmt::format("{}: the tags of its points are dropped", name));
+  if (const std::int64_t loose = count_loose_tags(mesh))
+    progress.warn(fmt::format("{}: {} dropped: those of corners and required points are kept", name,
+                              counted(loose, "tag of a point is", "tags of points are")));
   found = validate<D>(mesh);
   if (!found.ok())
     throw Error(ErrorCode::kAdapt, fmt::format("{}: cannot be adapted: {}", name, found.summary()));
@@ -246,6 +291,7 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
       stages.warn(fmt::format("{}: its cell field {} is dropped: those of points go along", name, f.name));
   mesh.point_fields.clear();
   mesh.cell_fields.clear();
+  if (!a.keep_edges) drop_kept_parts(mesh);
   make_ready<D>(mesh, name, stages);
   stages.done(fmt::format("smallest size {:.4g}", wanted.smallest()));
 
@@ -388,6 +434,7 @@ std::string adaptation_json(const AdaptationReport& r) {
       {"hausdorff", given(a.hausdorff)},
       {"ridge_angle", a.ridge_angle},
       {"cell_tags", a.keep_cell_tags ? "keep" : "drop"},
+      {"edges", a.keep_edges ? "keep" : "drop"},
       {"align", a.align == Align::kLayers ? "layers" : "none"},
       {"cells", r.cells},
       {"points", r.points},

@@ -49,6 +49,7 @@ struct Adaptation {
   double hausdorff = 0.0;  ///< as AdaptOptions::hausdorff
   double ridge_angle = AdaptOptions{}.ridge_angle;
   bool keep_cell_tags = true;      ///< as AdaptOptions::keep_cell_tags
+  bool keep_edges = true;          ///< listed edges, corners and required parts
   Align align = Align::kAnywhere;  ///< kLayers: for metrics with layers only
   int threads = 0;                 ///< 0: all
 };

@@ -120,6 +120,16 @@ void connect(LocalMesh<D>& local, std::vector<std::array<PieceId, D + 1>> pieces
   if (any_inner) local.inner = std::move(pieces);
 }
 
+// The edges of a cell that lie on lines.
+template <int D, class Visit>
+void visit_lines(const GlobalMesh<D>& mesh, Index cell, Visit&& visit) {
+  const auto& v = mesh.cells[cell];
+  for (const auto& e : kCellEdges<D>) {
+    if (!mesh.pieces[v[e[0]]].may_have_line() || !mesh.pieces[v[e[1]]].may_have_line()) continue;
+    if (const PieceId line = line_of(mesh.kept.lines, v[e[0]], v[e[1]])) visit(e[0], e[1], line);
+  }
+}
+
 template <int D>
 Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t count) {
   Piece<D> piece;
@@ -152,6 +162,10 @@ Piece<D> extract(const GlobalMesh<D>& mesh, const Index* cells, std::size_t coun
     }
     local.cells[k].energy = mesh.energy[g];
     if (!mesh.regions.empty()) local.cells[k].region = mesh.regions[g];
+    if (!mesh.kept.lines.empty())
+      visit_lines(mesh, g, [&](int a, int b, PieceId line) {
+        local.lines.set(local.cells[k].v[a], local.cells[k].v[b], line);
+      });
   }
   connect<D>(local, std::move(pieces));
   for (const auto& cell : local.cells)
@@ -168,6 +182,7 @@ struct Result {
   std::vector<std::array<PieceId, D + 1>> facet_pieces;
   std::vector<PieceId> regions;
   std::vector<double> energy;
+  std::vector<LineEdge> lines;
   std::vector<Index> kept;  // vertices that were there before, as the piece numbers them
   std::vector<typename LocalMesh<D>::Vertex> added;
   std::vector<Index> frozen;  // vertices on interfaces, listed by every piece that has them
@@ -222,6 +237,8 @@ Result<D> write_back(const Piece<D>& piece, GlobalMesh<D>& mesh, std::vector<std
     r.facet_pieces.push_back(t);
     r.energy.push_back(cell.energy);
   }
+  r.lines = local.lines.list();
+  for (LineEdge& edge : r.lines) edge = {id[edge.a], id[edge.b], edge.line};
   return r;
 }
 
@@ -241,6 +258,10 @@ Result<D> others(const GlobalMesh<D>& mesh, const std::vector<Index>& cells) {
     r.facet_pieces.push_back(mesh.facet_pieces[c]);
     if (!mesh.regions.empty()) r.regions.push_back(mesh.regions[c]);
     r.energy.push_back(mesh.energy[c]);
+    if (!mesh.kept.lines.empty())
+      visit_lines(mesh, c, [&](int a, int b, PieceId line) {
+        r.lines.push_back({mesh.cells[c][a], mesh.cells[c][b], line});
+      });
   }
   return r;
 }
@@ -265,6 +286,27 @@ template <class T>
 void start_over(std::vector<T>& values, std::int64_t count) {
   std::vector<T>().swap(values);
   values.resize(static_cast<std::size_t>(count));
+}
+
+// The kept parts under the new numbers; new_number(piece, vertex) as a result calls it. An edge on an
+// interface comes from every piece around it.
+template <int D, class NewNumber>
+void join_kept(KeptParts<D>& kept, const std::vector<Result<D>>& results, const std::vector<Index>& renumber,
+               NewNumber&& new_number) {
+  kept.lines.clear();
+  for (std::size_t b = 0; b < results.size(); ++b) {
+    for (const LineEdge& edge : results[b].lines) {
+      const Index v = new_number(b, edge.a), w = new_number(b, edge.b);
+      kept.lines.push_back({std::min(v, w), std::max(v, w), edge.line});
+    }
+  }
+  std::sort(kept.lines.begin(), kept.lines.end(),
+            [](const LineEdge& e, const LineEdge& f) { return e.a != f.a ? e.a < f.a : e.b < f.b; });
+  kept.lines.erase(std::unique(kept.lines.begin(), kept.lines.end()), kept.lines.end());
+  for (Index& v : kept.corners) v = renumber[v];
+  for (Index& v : kept.points) v = renumber[v];
+  for (auto& facet : kept.facets)
+    for (Index& v : facet) v = renumber[v];
 }
 
 // Joins the results in piece order. Vertices are numbered as pieces list them, so that those near each other
@@ -292,6 +334,10 @@ void join(GlobalMesh<D>& mesh, std::vector<Result<D>> results, const std::vector
   renumber_values<D>(mesh.pieces, renumber, count, results, added_base, &Vertex::pieces);
   renumber_values<D>(mesh.changed, renumber, count, results, added_base, &Vertex::changed);
   renumber_values<D>(mesh.level, renumber, count, results, added_base, &Vertex::level);
+  const auto new_number = [&](std::size_t b, Index v) {
+    return v < old_count ? renumber[v] : added_base[b] + (v - old_count);
+  };
+  join_kept(mesh.kept, results, renumber, new_number);
   const auto cells = exclusive_scan(cell_base);
   start_over(mesh.cells, cells);
   start_over(mesh.facet_pieces, cells);
@@ -304,10 +350,7 @@ void join(GlobalMesh<D>& mesh, std::vector<Result<D>> results, const std::vector
         const Result<D> r = std::move(results[b]);
         for (std::size_t i = 0; i < r.cells.size(); ++i) {
           auto& cell = mesh.cells[cell_base[b] + static_cast<std::int64_t>(i)];
-          for (int k = 0; k <= D; ++k) {
-            const Index v = r.cells[i][k];
-            cell[k] = v < old_count ? renumber[v] : added_base[b] + (v - old_count);
-          }
+          for (int k = 0; k <= D; ++k) cell[k] = new_number(b, r.cells[i][k]);
           mesh.facet_pieces[cell_base[b] + static_cast<std::int64_t>(i)] = r.facet_pieces[i];
           mesh.energy[cell_base[b] + static_cast<std::int64_t>(i)] = r.energy[i];
           if (regions) mesh.regions[cell_base[b] + static_cast<std::int64_t>(i)] = r.regions[i];

@@ -26,6 +26,7 @@ struct GlobalMesh {
   std::vector<std::array<PieceId, D + 1>> facet_pieces;  ///< outer and inner; 0: none
   std::vector<PieceId> regions;                          ///< of the cells; empty: there is one
   std::vector<double> energy;  ///< as LocalMesh::Cell::energy; up to date from evaluate_metric() on
+  KeptParts<D> kept;
   std::shared_ptr<const BoundaryShape<D>> shape;
   Box<D> bounds;
 };

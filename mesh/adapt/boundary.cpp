@@ -267,17 +267,68 @@ GlobalMesh<D> import_mesh(const Mesh<D>& mesh, const AdaptOptions& options, Boun
   for (std::size_t f = 0; f < facets.size(); ++f)
     for (const CellSide& side : {facets[f].at, facets[f].beyond})
       if (side.cell != kNone) global.facet_pieces[side.cell][side.side] = pieces.of_facet[f];
+  if (lists_kept_parts(mesh)) {
+    FoundLines<D> found = find_lines<D>(mesh, facets, pieces, cells, options.ridge_angle);
+    global.kept = std::move(found.kept);
+    tags.lines = std::move(found.kinds);
+    const auto tags_of = [&](const std::vector<Index>& points) {
+      std::vector<Index> list;
+      for (const Index v : points) list.push_back(mesh.point_tags.empty() ? 0 : mesh.point_tags[v]);
+      return list;
+    };
+    tags.corner_tags = tags_of(global.kept.corners);
+    tags.required_point_tags = tags_of(global.kept.points);
+  }
   global.pieces = std::move(pieces.of_point);
   tags.of_piece = std::move(pieces.tags);
   global.shape = std::make_shared<const BoundaryShape<D>>(std::move(pieces.shape));
   return global;
 }
 
+namespace {
+
+/// Edges of lines, corners and required parts.
+template <int D>
+void export_kept(const KeptParts<D>& kept, const BoundaryTags& tags, Mesh<D>& mesh) {
+  for (const LineEdge& edge : kept.lines) {
+    const LineKind kind = tags.lines[edge.line - kFirstLine];
+    if ((kind.flags & LineKind::kListed) == 0) continue;
+    const auto number = static_cast<Index>(mesh.edges.size());
+    mesh.edges.push_back({edge.a, edge.b});
+    mesh.edge_tags.push_back(kind.tag);
+    if ((kind.flags & LineKind::kSharp) != 0) mesh.ridges.push_back(number);
+    if ((kind.flags & LineKind::kRequired) != 0) mesh.required.edges.push_back(number);
+  }
+  const auto none = [](Index tag) { return tag == 0; };
+  if (std::all_of(mesh.edge_tags.begin(), mesh.edge_tags.end(), none)) mesh.edge_tags.clear();
+  mesh.corners = kept.corners;
+  mesh.required.points = kept.points;
+  const auto tag_points = [&](const std::vector<Index>& points, const std::vector<Index>& point_tags) {
+    if (std::all_of(point_tags.begin(), point_tags.end(), none)) return;
+    mesh.point_tags.resize(mesh.points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) mesh.point_tags[points[i]] = point_tags[i];
+  };
+  tag_points(kept.corners, tags.corner_tags);
+  tag_points(kept.points, tags.required_point_tags);
+  std::sort(mesh.corners.begin(), mesh.corners.end());
+  std::sort(mesh.required.points.begin(), mesh.required.points.end());
+  std::vector<Facet<D>> wanted;
+  for (const Facet<D>& f : kept.facets) wanted.push_back(sorted<D>(f));
+  std::sort(wanted.begin(), wanted.end());
+  for (std::size_t f = 0; f < mesh.facets.size() && !wanted.empty(); ++f)
+    if (std::binary_search(wanted.begin(), wanted.end(), sorted<D>(mesh.facets[f])))
+      mesh.required.facets.push_back(static_cast<Index>(f));
+}
+
+}  // namespace
+
 template <int D>
 void export_mesh(const GlobalMesh<D>& global, const BoundaryTags& tags, Mesh<D>& mesh) {
   Mesh<D> adapted;
   adapted.cell_names = std::move(mesh.cell_names);
   if (tags.tagged) adapted.facet_names = std::move(mesh.facet_names);
+  adapted.edge_names = std::move(mesh.edge_names);
+  adapted.point_names = std::move(mesh.point_names);
   mesh = std::move(adapted);
   mesh.points = global.x;
   mesh.cells = global.cells;
@@ -311,6 +362,7 @@ void export_mesh(const GlobalMesh<D>& global, const BoundaryTags& tags, Mesh<D>&
     const CellSide &a = inner[k].at, &b = inner[k + 1].at;
     list(global.regions[a.cell] < global.regions[b.cell] ? a : b);
   }
+  export_kept(global.kept, tags, mesh);
 }
 
 template GlobalMesh<2> import_mesh(const Mesh<2>&, const AdaptOptions&, BoundaryTags&);

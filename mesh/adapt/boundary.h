@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mesh/adapt/blocks.h"
+#include "mesh/adapt/line_finder.h"
 
 namespace lamina::adapt_detail {
 
@@ -17,12 +18,14 @@ struct BoundaryTags {
   bool listed = false;                 ///< the input listed boundary facets ...
   bool tagged = false;                 ///< ... with tags
   std::vector<Index> cell_tags;        ///< of the cells of region 0, 1, ...; or nothing
+  std::vector<LineKind> lines;         ///< of line kFirstLine, ...
+  std::vector<Index> corner_tags, required_point_tags;
 };
 
 /// REQUIRES positive cells that meet facet to facet. A region is the cells of one tag; where facets with tags
 /// lie between cells of one tag, the connected parts that they cut these into. Boundary facets are found from
 /// the cells; the list of the input gives their tags. Errors: kAdapt without cells, with tagged interior
-/// facets that cut nothing off, and with more regions or pieces than can be numbered.
+/// facets that cut nothing off, with more regions or pieces than can be numbered, and those of find_lines.
 template <int D>
 GlobalMesh<D> import_mesh(const Mesh<D>& mesh, const AdaptOptions& options, BoundaryTags& tags);
 

@@ -78,7 +78,9 @@ bool Cavity<D>::set_shell(Index c, Index a, Index b, double worst) {
       if (const PieceId piece = mesh_.inner_piece(cells_[k], i)) edge_pieces_.add(piece);
     }
   }
-  return true;
+  const PieceId line = mesh_.line(a, b);
+  if (line != 0) edge_pieces_.add(line);
+  return !mesh_.shape->is_required(line);
 }
 
 template <int D>
@@ -295,6 +297,64 @@ bool Cavity<D>::covers_all_vertices(Index id, Index removed) {
   return true;
 }
 
+// Whether the star has the edge. Valid once link_ is known.
+template <int D>
+bool Cavity<D>::survives(const LineEdge& edge, Index id) const {
+  const auto linked = [&](Index v) { return std::find(link_.begin(), link_.end(), v) != link_.end(); };
+  if (edge.a == id) return linked(edge.b);
+  if (edge.b == id) return linked(edge.a);
+  const auto has = [](const Star& s, Index v) {
+    return std::find(s.v.begin() + 1, s.v.end(), v) != s.v.end();
+  };
+  return std::any_of(stars_.begin(), stars_.end(),
+                     [&](const Star& s) { return has(s, edge.a) && has(s, edge.b); });
+}
+
+// A new p takes the place of an edge that it lies on; one that is there, that of the edges up to the vertex
+// `removed` and beyond.
+template <int D>
+bool Cavity<D>::lines_survive(const Vertex& p, Index id, Index removed) {
+  lost_lines_.clear();
+  new_lines_.clear();
+  for (const Index c : cells_) {
+    for (const auto& e : kCellEdges<D>) {
+      const Index a = mesh_.cells[c].v[e[0]], b = mesh_.cells[c].v[e[1]];
+      const LineEdge edge{std::min(a, b), std::max(a, b), mesh_.line(a, b)};
+      if (edge.line == 0 || survives(edge, id)) continue;
+      if (std::find(lost_lines_.begin(), lost_lines_.end(), edge) == lost_lines_.end())
+        lost_lines_.push_back(edge);
+    }
+  }
+  if (lost_lines_.empty()) return true;
+  const PieceId line = lost_lines_[0].line;
+  if (mesh_.shape->is_required(line) || lost_lines_.size() != (id == kNone ? 1 : 2)) return false;
+  for (const LineEdge& edge : lost_lines_) {
+    if (edge.line != line) return false;
+    for (const Index v : {edge.a, edge.b}) {
+      if (v == removed || v == id) continue;
+      if (id != kNone && edge.a != removed && edge.b != removed) return false;
+      new_lines_.push_back(v);
+    }
+  }
+  if (new_lines_.size() != (id == kNone ? 2 : 1) || !p.pieces.may_have_line()) return false;
+  return std::all_of(new_lines_.begin(), new_lines_.end(), [&](Index v) {
+    return std::find(link_.begin(), link_.end(), v) != link_.end() &&
+           (id == kNone || mesh_.line(id, v) == 0) &&
+           mesh_.shape->follows_line(line, p.x, mesh_.vertices[v].x);
+  });
+}
+
+// The edges of lines at p, once it is moved there.
+template <int D>
+bool Cavity<D>::lines_follow(const Vertex& p, Index id) const {
+  if (p.pieces.line() == 0) return true;
+  for (const Index c : cells_)
+    for (const Index v : mesh_.cells[c].v)
+      if (const PieceId line = v == id ? PieceId{0} : mesh_.line(id, v))
+        if (!mesh_.shape->follows_line(line, p.x, mesh_.vertices[v].x)) return false;
+  return true;
+}
+
 // A curved piece may turn back: across a thin part of the domain lies a facet that p sees from its front.
 template <int D>
 bool Cavity<D>::lies_beside(const Vertex& p, const Star& facet, int piece) {
@@ -340,7 +400,7 @@ bool Cavity<D>::follows_shape(const Vertex& p, Index id) {
       boundary_.push_back(f);
     }
   }
-  return facets_follow(p, id);
+  return lines_follow(p, id) && facets_follow(p, id);
 }
 
 // The listed facets with p as vertex `id`, and the edges at p that two pieces share.
@@ -368,6 +428,7 @@ template <int D>
 bool Cavity<D>::propose(const Vertex& p, Index id, double worst, Index removed, double excess) {
   if (!collect(p, id, worst, excess)) return false;
   const bool closed = glue(id) && covers_all_vertices(id, removed) &&
+                      (mesh_.lines.empty() || lines_survive(p, id, removed)) &&
                       (mesh_.shape->flat() || (list_new_facets(), facets_follow(p, id)));
   if (!closed) blocking_cell_ = kNone;
   return closed;
@@ -387,6 +448,10 @@ Index Cavity<D>::commit(const Vertex& p, Index id) {
     }
   }
   mesh_.vertices[id] = p;
+  if (!mesh_.lines.empty()) {
+    for (const LineEdge& edge : lost_lines_) mesh_.lines.erase(edge.a, edge.b);
+    for (const Index v : new_lines_) mesh_.lines.set(id, v, lost_lines_[0].line);
+  }
   old_vertices_.clear();
   for (const Index c : cells_)
     for (const Index v : mesh_.cells[c].v) old_vertices_.push_back(v);

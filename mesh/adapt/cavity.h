@@ -5,7 +5,8 @@
 // cavity, or lies on the boundary of the domain. Together with positive volumes this makes the new cells fill
 // the cavity exactly. Where it has cells of several regions, each region's part of it is such a cavity of its
 // own: what p fills stays in its region, and the facets between two regions become the star of p over their
-// rim. p must lie on their pieces.
+// rim. p must lie on their pieces. Edges of lines in the cavity stay, or are a chain of one line that p
+// shortens or cuts in two.
 #pragma once
 
 #include <limits>
@@ -28,8 +29,8 @@ class Cavity {
 
   /// All cells around vertex a. REQUIRES that a is not on an interface.
   void set_ball(Index a);
-  /// All cells around the edge a-b of cell c. Returns false when the edge touches an interface, or a cell
-  /// other than c has more than that energy.
+  /// All cells around the edge a-b of cell c. Returns false when the edge touches an interface or is
+  /// required, or a cell other than c has more than that energy.
   bool set_shell(Index c, Index a, Index b, double worst = kUnbounded);
   /// The two cells that share facet i of cell c. REQUIRES a neighbour there.
   void set_pair(Index c, int i);
@@ -109,6 +110,9 @@ class Cavity {
   void list_new_facets();
   bool facets_follow(const Vertex& p, Index id) const;
   bool covers_all_vertices(Index id, Index removed);
+  bool survives(const LineEdge& edge, Index id) const;
+  bool lines_survive(const Vertex& p, Index id, Index removed);
+  bool lines_follow(const Vertex& p, Index id) const;
 
   Local& mesh_;
   std::vector<Index> cells_;
@@ -119,6 +123,8 @@ class Cavity {
   std::vector<Ridge> ridges_;
   std::vector<Index> link_;
   std::vector<BoundaryFacet> boundary_;  // new or moved facets
+  std::vector<LineEdge> lost_lines_;     // edges of lines that a proposal takes out ...
+  std::vector<Index> new_lines_;         // ... and what it joins to p instead, along the same line
   int normal_piece_ = 0;                 // the curved piece that normal_ belongs to, at p; 0: none
   Vec<D> normal_ = Vec<D>::Zero();
   double proposed_worst_ = 0.0, proposed_excess_ = 0.0;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/metric.h"
+#include "mesh/adapt/lines.h"
 #include "mesh/adapt/shape.h"
 #include "mesh/mesh.h"
 
@@ -61,6 +62,7 @@ struct LocalMesh {
   /// The inner pieces of the facets of each cell, 0 where there is none; empty: there are none at all.
   std::vector<std::array<PieceId, D + 1>> inner;
   std::vector<Index> free_cells, free_vertices;
+  LineTable lines;  ///< empty: there are none at all
   const BoundaryShape<D>* shape = nullptr;
   std::uint32_t stamp = 0;         ///< cells with mark == stamp belong to the current cavity
   std::uint32_t vertex_stamp = 0;  ///< the same for marks of vertices
@@ -73,6 +75,12 @@ struct LocalMesh {
   /// The piece, outer or inner, of facet i of a cell; 0: none.
   [[nodiscard]] int piece(Index c, int i) const {
     return is_boundary(cells[c].n[i]) ? boundary_piece(cells[c].n[i]) : inner_piece(c, i);
+  }
+
+  /// The line that the edge lies on; 0: none.
+  [[nodiscard]] PieceId line(Index a, Index b) const {
+    if (lines.empty() || !vertices[a].pieces.may_have_line() || !vertices[b].pieces.may_have_line()) return 0;
+    return lines.at(a, b);
   }
 
   [[nodiscard]] double length(Index a, Index b) const {

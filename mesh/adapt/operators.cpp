@@ -18,10 +18,22 @@ void Operators<D>::evaluate(Vertex& p) const {
   p.density = p.metric.sqrt_det();
 }
 
-// Of the pieces of p, which is no corner; of three that meet in a line the two that differ most.
+// Of the pieces of p, which is no corner, across its line where it is on one; of three that meet in a line
+// the two that differ most.
 template <int D>
 typename Operators<D>::Normals Operators<D>::normals_at(const Vertex& p) const {
   Normals found;
+  if constexpr (D == 3) {
+    if (const int line = p.pieces.line()) {
+      const Vec3 along = mesh_.shape->tangent(line, p.x);
+      int least = 0;
+      along.cwiseAbs().minCoeff(&least);
+      found.n[0] = (Vec3::Unit(least) - along[least] * along).normalized();
+      found.n[1] = along.cross(found.n[0]);
+      found.count = 2;
+      return found;
+    }
+  }
   for (; found.count < std::min(D, p.pieces.size()); ++found.count)
     found.n[found.count] = mesh_.shape->normal(p.pieces[found.count], p.x);
   if (found.count < D || D == 2) return found;

@@ -9,10 +9,12 @@ namespace lamina::adapt_detail {
 
 /// Number of a piece of the boundary: 1, 2, ...; 0 where there is none.
 using PieceId = std::uint16_t;
-inline constexpr int kMostPieces = 0xfffe;
+inline constexpr int kMostPieces = 0xbfff;
+/// Numbers above those of pieces are lines (mesh/adapt/lines.h).
+inline constexpr int kFirstLine = 0xc000, kLastLine = 0xfffe;
 
-/// Ascending numbers of at most four pieces, each in 16 bits. A vertex on more of them is a corner, which
-/// does not move: what the set has no place for only refuses it a few operations.
+/// Ascending numbers of at most four pieces, each in 16 bits; the last may be a line. A vertex on more of
+/// them is a corner, which does not move: what the set has no place for only refuses it a few operations.
 class PieceSet {
  public:
   PieceSet() = default;
@@ -41,14 +43,28 @@ class PieceSet {
     const std::uint64_t above = k == 3 ? 0 : (word_ & ~below) << 16U;
     word_ = (word_ & below) | static_cast<std::uint64_t>(piece) << 16 * k | above;
   }
-  /// Marks a corner that the number of its pieces need not tell.
-  void fix() { add(kFixed); }
+  /// Marks a corner that the number of its pieces need not tell; a line may have to give way.
+  void fix() {
+    if (size() == 4 && line() != 0) word_ |= std::uint64_t{kFixed} << 48U;
+    add(kFixed);
+  }
+  /// 0: none.
+  [[nodiscard]] int line() const {
+    const int last = empty() ? 0 : (*this)[size() - 1];
+    return last >= kFirstLine && last <= kLastLine ? last : 0;
+  }
+  /// Whether a vertex with these pieces may be one of a line; corners need not tell.
+  [[nodiscard]] bool may_have_line() const {
+    return size() == 4 || (!empty() && (*this)[size() - 1] >= kFirstLine);
+  }
   /// Whether a vertex with these pieces has nowhere to go: a corner, in 2D every border of two pieces, in 3D
   /// lines where four meet.
   template <int D>
   [[nodiscard]] bool is_corner() const {
     const int n = size();
-    return n >= (D == 2 ? 2 : 4) || (n > 0 && (*this)[n - 1] == kFixed);
+    if (n == 0) return false;
+    const int last = (*this)[n - 1];
+    return last == kFixed || n - (last >= kFirstLine ? 1 : 0) >= (D == 2 ? 2 : 4);
   }
   bool operator==(const PieceSet&) const = default;
 

@@ -74,6 +74,13 @@ BoundaryShape<D>::BoundaryShape(ShapeData<D> data) : data_(std::move(data)) {
   for (std::size_t r = 0; r < data_.ridges.size(); ++r)
     ridges[data_.ridge_pieces[r]].push_back(boxed(data_.ridges[r], r));
   for (auto& [pair, list] : ridges) ridge_trees_[pair] = detail::build_box_tree(std::move(list));
+  std::vector<std::vector<detail::BoxRef>> lines;
+  for (std::size_t e = 0; e < data_.line_edges.size(); ++e) {
+    const auto line = static_cast<std::size_t>(data_.edge_lines[e] - kFirstLine);
+    if (lines.size() <= line) lines.resize(line + 1);
+    lines[line].push_back(boxed(data_.line_edges[e], e));
+  }
+  for (auto& list : lines) line_trees_.push_back(detail::build_box_tree(std::move(list)));
 }
 
 template <int D>
@@ -113,10 +120,11 @@ typename BoundaryShape<D>::Foot BoundaryShape<D>::on_piece(int piece, const Vec<
 }
 
 template <int D>
-typename BoundaryShape<D>::Foot BoundaryShape<D>::on_ridge(const detail::BoxTree& tree,
+typename BoundaryShape<D>::Foot BoundaryShape<D>::on_edges(const detail::BoxTree& tree,
+                                                           const std::vector<std::array<Index, 2>>& edges,
                                                            const Vec<D>& x) const {
-  return nearest(tree, x, [&](Index r) {
-    return closest_on_segment<D>(data_.points[data_.ridges[r][0]], data_.points[data_.ridges[r][1]], x);
+  return nearest(tree, x, [&](Index e) {
+    return closest_on_segment<D>(data_.points[edges[e][0]], data_.points[edges[e][1]], x);
   });
 }
 
@@ -130,6 +138,7 @@ const detail::BoxTree* BoundaryShape<D>::ridge_between(int piece, int other) con
 template <int D>
 bool BoundaryShape<D>::projects(PieceSet pieces) const {
   if (flat() || pieces.empty() || pieces.is_corner<D>()) return false;
+  if (pieces.line() != 0) return true;
   if (pieces.size() == 1) return curved(pieces[0]);
   for (int k = 1; k < pieces.size(); ++k)
     for (int l = 0; l < k; ++l)
@@ -147,9 +156,20 @@ Vec<D> BoundaryShape<D>::normal(int piece, const Vec<D>& x) const {
 }
 
 template <int D>
+Vec<D> BoundaryShape<D>::tangent(int line, const Vec<D>& x) const {
+  const auto& edge =
+      data_.line_edges[on_edges(line_trees_[static_cast<std::size_t>(line - kFirstLine)], data_.line_edges, x)
+                           .id];
+  return (data_.points[edge[1]] - data_.points[edge[0]]).normalized();
+}
+
+template <int D>
 Vec<D> BoundaryShape<D>::project(PieceSet pieces, const Vec<D>& x) const {
   if (!projects(pieces)) return x;
-  return (pieces.size() == 1 ? on_piece(pieces[0], x) : on_ridge(*ridge_between(pieces[0], pieces[1]), x))
+  if (const int line = pieces.line())
+    return on_edges(line_trees_[static_cast<std::size_t>(line - kFirstLine)], data_.line_edges, x).point;
+  return (pieces.size() == 1 ? on_piece(pieces[0], x)
+                             : on_edges(*ridge_between(pieces[0], pieces[1]), data_.ridges, x))
       .point;
 }
 
@@ -192,16 +212,28 @@ bool BoundaryShape<D>::follows(int piece, const std::array<Vec<D>, D>& facet) co
 }
 
 template <int D>
-bool BoundaryShape<D>::follows_ridge(int piece, int other, const Vec<D>& a, const Vec<D>& b) const {
-  const detail::BoxTree* ridge = ridge_between(piece, other);
-  if (ridge == nullptr) return !curved(piece) && !curved(other);
+bool BoundaryShape<D>::follows_edges(const detail::BoxTree& tree,
+                                     const std::vector<std::array<Index, 2>>& edges, const Vec<D>& a,
+                                     const Vec<D>& b) const {
   constexpr int kSamples = 16;
   const double most = kBetweenSamples * data_.tolerance * data_.tolerance;
   for (int k = 1; k < kSamples; ++k) {
     const Vec<D> x = a + static_cast<double>(k) / kSamples * (b - a);
-    if (on_ridge(*ridge, x).d2 > most) return false;
+    if (on_edges(tree, edges, x).d2 > most) return false;
   }
   return true;
+}
+
+template <int D>
+bool BoundaryShape<D>::follows_ridge(int piece, int other, const Vec<D>& a, const Vec<D>& b) const {
+  const detail::BoxTree* ridge = ridge_between(piece, other);
+  if (ridge == nullptr) return !curved(piece) && !curved(other);
+  return follows_edges(*ridge, data_.ridges, a, b);
+}
+
+template <int D>
+bool BoundaryShape<D>::follows_line(int line, const Vec<D>& a, const Vec<D>& b) const {
+  return follows_edges(line_trees_[static_cast<std::size_t>(line - kFirstLine)], data_.line_edges, a, b);
 }
 
 template class BoundaryShape<2>;

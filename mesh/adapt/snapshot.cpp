@@ -81,7 +81,7 @@ class Reader {
   std::string_view rest_;
 };
 
-constexpr std::uint64_t kFormat = 0x32'6e'73'61'6e'69'6d'61ULL;
+constexpr std::uint64_t kFormat = 0x33'6e'73'61'6e'69'6d'61ULL;
 
 // What must agree: format, dimension, sizes of what is stored as it lies in memory, options.
 template <int D>
@@ -116,11 +116,18 @@ void visit(Visitor& v, State& s) {
   v(s.mesh.cells);
   v(s.mesh.facet_pieces);
   v(s.mesh.regions);
+  v(s.mesh.kept.lines);
+  v(s.mesh.kept.corners);
+  v(s.mesh.kept.points);
+  v(s.mesh.kept.facets);
   v(s.mesh.bounds);
   v(s.tags.of_piece);
   v(s.tags.listed);
   v(s.tags.tagged);
   v(s.tags.cell_tags);
+  v(s.tags.lines);
+  v(s.tags.corner_tags);
+  v(s.tags.required_point_tags);
   v(s.summary.steps);
   v(s.summary.operators);
 }
@@ -134,8 +141,28 @@ void visit_shape(Visitor& v, Shape& s) {
   v(s.facet_pieces);
   v(s.ridges);
   v(s.ridge_pieces);
+  v(s.line_edges);
+  v(s.edge_lines);
+  v(s.first_required);
   v(s.tolerance);
   v(s.least_cosine);
+}
+
+template <int D>
+bool has_consistent_lines(const AdaptState<D>& s, const ShapeData<D>& shape) {
+  const KeptParts<D>& kept = s.mesh.kept;
+  const auto known = [&](PieceId line) {
+    return line >= kFirstLine && static_cast<std::size_t>(line - kFirstLine) < s.tags.lines.size();
+  };
+  const auto is_point = [&](Index v) { return v >= 0 && static_cast<std::size_t>(v) < s.mesh.x.size(); };
+  const auto are_points = [&](const auto& list) { return std::all_of(list.begin(), list.end(), is_point); };
+  return std::all_of(kept.lines.begin(), kept.lines.end(),
+                     [&](const LineEdge& e) { return known(e.line) && is_point(e.a) && is_point(e.b); }) &&
+         std::all_of(shape.edge_lines.begin(), shape.edge_lines.end(), known) &&
+         shape.edge_lines.size() == shape.line_edges.size() && are_points(kept.corners) &&
+         are_points(kept.points) && std::all_of(kept.facets.begin(), kept.facets.end(), are_points) &&
+         s.tags.corner_tags.size() == kept.corners.size() &&
+         s.tags.required_point_tags.size() == kept.points.size();
 }
 
 template <int D>
@@ -163,8 +190,10 @@ bool consistent(const AdaptState<D>& s, const ShapeData<D>& shape) {
                        [&](Index v) { return v >= 0 && static_cast<std::size_t>(v) < shape.points.size(); });
   };
   if (!std::all_of(shape.facets.begin(), shape.facets.end(), has_points) ||
-      !std::all_of(shape.ridges.begin(), shape.ridges.end(), has_points))
+      !std::all_of(shape.ridges.begin(), shape.ridges.end(), has_points) ||
+      !std::all_of(shape.line_edges.begin(), shape.line_edges.end(), has_points))
     return false;
+  if (!has_consistent_lines(s, shape)) return false;
   return cells > 0 && s.summary.operators.size() == kOperatorCount;
 }
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <new>
 
 #include "core/error.h"
@@ -83,6 +84,8 @@ FormatEntry gmf_entry() {
   return {{.name = Ascii ? "GMF ascii" : "GMF binary",
            .suffixes = {Ascii ? ".mesh" : ".meshb"},
            .point_tags = true,
+           .edges = true,
+           .required = true,
            .solution = true,
            .versions = {"2", "3", "4"}},
           read_file<parse_gmf>,
@@ -95,6 +98,7 @@ FormatEntry msh_entry() {
            .suffixes = {".msh"},
            .cell_names = true,
            .facet_names = true,
+           .edges = true,
            .point_fields = Fields::kTensorFields,
            .cell_fields = Fields::kTensorFields,
            .ascii = true,
@@ -250,6 +254,25 @@ void add_lost_fields(const MeshFormat& format, const Mesh<D>& mesh, const MeshWr
   if (!names.empty()) lost.push_back(fmt::format("the fields {}", fmt::join(names, ", ")));
 }
 
+/// Formats with corners hold the tags of these.
+template <int D>
+bool has_tags_to_lose(const MeshFormat& format, const Mesh<D>& mesh) {
+  const auto is_tag = [](Index tag) { return tag != 0; };
+  std::vector<Index> tags = mesh.point_tags;
+  if (format.edges && !tags.empty())
+    for (const Index v : mesh.corners) tags[static_cast<std::size_t>(v)] = 0;
+  return std::any_of(tags.begin(), tags.end(), is_tag);
+}
+
+template <int D>
+void add_lost_lines(const Mesh<D>& mesh, std::vector<std::string>& lost) {
+  const auto add = [&](std::size_t n, const char* what) {
+    if (n > 0) lost.push_back(counted(static_cast<std::int64_t>(n), what));
+  };
+  add(mesh.edges.size(), "edge");
+  add(mesh.corners.size(), "corner");
+}
+
 }  // namespace
 
 const std::vector<FormatEntry>& format_entries() {
@@ -280,9 +303,16 @@ std::vector<std::string> not_held(const MeshFormat& format, const Mesh<D>& mesh,
     lost.push_back(counted(static_cast<std::int64_t>(mesh.facets.size()), "facet"));
   if (!format.cell_tags && !mesh.cell_tags.empty()) lost.emplace_back("cell tags");
   if (format.facets && !format.facet_tags && !mesh.facet_tags.empty()) lost.emplace_back("facet tags");
-  if (!format.point_tags && !mesh.point_tags.empty()) lost.emplace_back("point tags");
-  if ((!format.cell_names && !mesh.cell_names.empty()) || (!format.facet_names && !mesh.facet_names.empty()))
+  if (!format.point_tags && has_tags_to_lose(format, mesh)) lost.emplace_back("point tags");
+  if ((!format.cell_names && !mesh.cell_names.empty()) ||
+      (!format.facet_names && !mesh.facet_names.empty()) ||
+      (format.edges && !format.facet_names && !(mesh.edge_names.empty() && mesh.point_names.empty())))
     lost.emplace_back("names of tags");
+  if (!format.edges) add_lost_lines(mesh, lost);
+  if (!format.required) {
+    if (!mesh.ridges.empty() && format.edges) lost.emplace_back("which edges are ridges");
+    if (!mesh.required.empty()) lost.emplace_back("which parts are required");
+  }
   add_lost_fields(format, mesh, options, lost);
   return lost;
 }

@@ -61,6 +61,21 @@ void read_cells(Tokens& in, const Source& source, RawCells<N>& raw) {
   }
 }
 
+/// Numbers of points, edges or triangles, which count from 1.
+template <class Tokens>
+void read_list(Tokens& in, const Source& source, std::vector<Index>& list) {
+  if (!list.empty()) fail_format(source, in.place(), "a second section of the same keyword");
+  const std::int64_t n = in.count();
+  in.expect(n, 0, 1);
+  list.resize(static_cast<std::size_t>(n));
+  for (Index& i : list) {
+    const std::int64_t number = in.integer();
+    if (number < 1 || number > kIndexMax)
+      fail_format(source, in.place(), fmt::format("number {} in a list; they are counted from 1", number));
+    i = static_cast<Index>(number - 1);
+  }
+}
+
 template <class Tokens>
 AnyMesh read_mesh_sections(Tokens in, const Source& source) {
   RawMesh raw;
@@ -84,6 +99,21 @@ AnyMesh read_mesh_sections(Tokens in, const Source& source) {
         break;
       case Gmf::kTetrahedra:
         read_cells(in, source, raw.tets);
+        break;
+      case Gmf::kCorners:
+        read_list(in, source, raw.corners);
+        break;
+      case Gmf::kRidges:
+        read_list(in, source, raw.ridges);
+        break;
+      case Gmf::kRequiredVertices:
+        read_list(in, source, raw.required.points);
+        break;
+      case Gmf::kRequiredEdges:
+        read_list(in, source, raw.required.edges);
+        break;
+      case Gmf::kRequiredTriangles:
+        read_list(in, source, raw.required.facets);
         break;
       default:
         break;

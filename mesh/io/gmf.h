@@ -3,9 +3,10 @@
 // Binary files are a chain of sections: int32 keyword, position of the next keyword, count, records. The
 // header int32 is 1 in the byte order of the writer. Version 1: float32 reals; 2: float64; 3: float64 and
 // 64-bit positions; 4: 64-bit integers as well. We write version 2 while positions fit 31 bits, else 3 (4 on
-// request), in little-endian order. Read are Vertices, Edges, Triangles, Tetrahedra and SolAtVertices; every
-// other keyword is skipped: in binary by the position of the next one, which must grow and stay inside the
-// file, in ascii up to the next word. Whether a file is ascii or binary follows from its first bytes, not
+// request), in little-endian order. Read are Vertices, Edges, Triangles, Tetrahedra, Corners, Ridges (in 2D
+// they say nothing), RequiredVertices, RequiredEdges, RequiredTriangles and SolAtVertices; every other
+// keyword is skipped: in binary by the position of the next one, which must grow and stay inside the file, in
+// ascii up to the next word. Whether a file is ascii or binary follows from its first bytes, not
 // from its name.
 #pragma once
 

@@ -12,9 +12,18 @@ constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' &&
 
 /// Keywords that are read; every other word starts a section to be skipped.
 constexpr std::pair<std::string_view, Gmf> kKeywords[] = {
-    {"Dimension", Gmf::kDimension},         {"Vertices", Gmf::kVertices},     {"Edges", Gmf::kEdges},
-    {"Triangles", Gmf::kTriangles},         {"Tetrahedra", Gmf::kTetrahedra}, {"End", Gmf::kEnd},
+    {"Dimension", Gmf::kDimension},
+    {"Vertices", Gmf::kVertices},
+    {"Edges", Gmf::kEdges},
+    {"Triangles", Gmf::kTriangles},
+    {"Tetrahedra", Gmf::kTetrahedra},
+    {"End", Gmf::kEnd},
     {"SolAtVertices", Gmf::kSolAtVertices},
+    {"Corners", Gmf::kCorners},
+    {"Ridges", Gmf::kRidges},
+    {"RequiredVertices", Gmf::kRequiredVertices},
+    {"RequiredEdges", Gmf::kRequiredEdges},
+    {"RequiredTriangles", Gmf::kRequiredTriangles},
 };
 
 }  // namespace

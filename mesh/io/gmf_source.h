@@ -22,6 +22,11 @@ enum class Gmf : std::int32_t {
   kEdges = 5,
   kTriangles = 6,
   kTetrahedra = 8,
+  kCorners = 13,
+  kRidges = 14,
+  kRequiredVertices = 15,
+  kRequiredEdges = 16,
+  kRequiredTriangles = 17,
   kEnd = 54,
   kSolAtVertices = 62,
 };

@@ -107,14 +107,24 @@ void write_cells(GmfWriter& to, Gmf keyword, std::string_view name,
   });
 }
 
+void write_list(GmfWriter& to, Gmf keyword, std::string_view name, const std::vector<Index>& list) {
+  if (list.empty()) return;
+  to.begin(keyword, name, list.size(), 0, 1);
+  write_records(to.out(), list.size(), [&](std::size_t i, Records& r) { to.integer(list[i] + 1, r, '\n'); });
+}
+
 }  // namespace
 
 template <int D>
 void write_gmf(OutputFile& out, const Mesh<D>& mesh, GmfForm form) {
   const std::size_t integer = form.version > 3 ? 8 : 4;
+  const RequiredParts& required = mesh.required;
+  const std::size_t listed = mesh.corners.size() + mesh.ridges.size() + required.points.size() +
+                             required.edges.size() + required.facets.size() + required.cells.size();
   GmfWriter to(out, D, form,
                mesh.points.size() * (8 * D + integer) +
-                   integer * (mesh.cells.size() * (D + 2) + mesh.facets.size() * (D + 1)));
+                   integer * (mesh.cells.size() * (D + 2) + mesh.facets.size() * (D + 1) +
+                              mesh.edges.size() * 3 + listed));
   to.begin(Gmf::kVertices, "Vertices", mesh.points.size(), D, 1);
   write_records(out, mesh.points.size(), [&](std::size_t i, Records& r) {
     for (int k = 0; k < D; ++k) to.real(mesh.points[i][k], r);
@@ -124,9 +134,15 @@ void write_gmf(OutputFile& out, const Mesh<D>& mesh, GmfForm form) {
     write_cells(to, Gmf::kEdges, "Edges", mesh.facets, mesh.facet_tags);
     write_cells(to, Gmf::kTriangles, "Triangles", mesh.cells, mesh.cell_tags);
   } else {
+    write_cells(to, Gmf::kEdges, "Edges", mesh.edges, mesh.edge_tags);
     write_cells(to, Gmf::kTriangles, "Triangles", mesh.facets, mesh.facet_tags);
     write_cells(to, Gmf::kTetrahedra, "Tetrahedra", mesh.cells, mesh.cell_tags);
   }
+  write_list(to, Gmf::kCorners, "Corners", mesh.corners);
+  write_list(to, Gmf::kRequiredVertices, "RequiredVertices", required.points);
+  if constexpr (D == 3) write_list(to, Gmf::kRidges, "Ridges", mesh.ridges);
+  write_list(to, Gmf::kRequiredEdges, "RequiredEdges", D == 3 ? required.edges : required.facets);
+  write_list(to, Gmf::kRequiredTriangles, "RequiredTriangles", D == 3 ? required.facets : required.cells);
   to.end();
 }
 

@@ -270,7 +270,7 @@ class MshReader {
     set_numbering(std::move(numbers));
   }
 
-  /// Nodes of an element type; 0: points, which are passed over.
+  /// Nodes of an element type.
   int corners_of(std::int64_t type, const Numbers& in) const {
     switch (type) {
       case 1:
@@ -309,7 +309,7 @@ class MshReader {
     if (corners == 4) return add_element(tets_, in, number, tag, entity, next);
     if (corners == 3) return add_element(triangles_, in, number, tag, entity, next);
     if (corners == 2) return add_element(lines_, in, number, tag, entity, next);
-    next();
+    add_element(corners_, in, number, tag, entity, next);
   }
 
   void read_elements_4() {
@@ -472,6 +472,7 @@ class MshReader {
   AnyMesh finish() {
     const Numbering tets = settle(tets_), triangles = settle(triangles_);
     settle(lines_);
+    settle(corners_);
     const Numbering& cells = tets_.raw.cells.empty() ? triangles : tets;
     const std::size_t count = tets_.raw.cells.empty() ? triangles_.raw.cells.size() : tets_.raw.cells.size();
     for (const DataSection& d : node_data_)
@@ -482,7 +483,21 @@ class MshReader {
     raw_.tets = std::move(tets_.raw);
     raw_.triangles = std::move(triangles_.raw);
     raw_.edges = std::move(lines_.raw);
+    take_corners();
     return assemble(std::move(raw_), source_);
+  }
+
+  /// Elements of one node: corners, whose tags are those of their points.
+  void take_corners() {
+    const auto& [corners, tags, names, place] = corners_.raw;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Index v = corners[i][0];
+      raw_.corners.push_back(v);
+      if (tags[i] == 0) continue;
+      if (raw_.point_tags.empty()) raw_.point_tags.resize(raw_.points.size());
+      raw_.point_tags[static_cast<std::size_t>(v)] = tags[i];
+    }
+    raw_.point_names = names;
   }
 
   const Source& source_;
@@ -495,6 +510,7 @@ class MshReader {
   Elements<4> tets_;
   Elements<3> triangles_;
   Elements<2> lines_;
+  Elements<1> corners_;
   std::vector<DataSection> node_data_, element_data_;
 };
 

@@ -60,6 +60,18 @@ std::vector<Index> useful(std::vector<Index> tags) {
   return tags;
 }
 
+/// Checks numbers and puts them in order, each once.
+std::vector<Index> in_order(std::vector<Index> list, std::size_t items, const char* kind,
+                            const Source& source) {
+  for (const Index i : list)
+    if (i < 0 || static_cast<std::size_t>(i) >= items)
+      fail_format(source, fmt::format("list of {}s", kind),
+                  fmt::format("{} {} (counted from 0) is listed but there are {}", kind, i, items));
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+  return list;
+}
+
 /// A vector field of a plane mesh is stored with a third component 0, a tensor field with zz = xz = yz = 0,
 /// because viewers know only three dimensions: take those entries away again.
 void flatten(MeshField& field) {
@@ -76,6 +88,27 @@ void flatten(MeshField& field) {
   field.components = kept;
 }
 
+void check_lists(RawMesh& raw, const Source& source) {
+  const auto check = [&](std::vector<Index>& list, std::size_t items, const char* kind) {
+    list = in_order(std::move(list), items, kind, source);
+  };
+  check(raw.corners, raw.points.size(), "corner");
+  check(raw.ridges, raw.edges.cells.size(), "ridge");
+  check(raw.required.points, raw.points.size(), "required point");
+  check(raw.required.edges, raw.edges.cells.size(), "required edge");
+  check(raw.required.facets, raw.triangles.cells.size(), "required triangle");
+}
+
+/// What does not depend on the dimension.
+template <int D>
+void take_points(RawMesh& raw, Mesh<D>& mesh) {
+  mesh.corners = std::move(raw.corners);
+  mesh.point_tags = useful(std::move(raw.point_tags));
+  mesh.point_names = std::move(raw.point_names);
+  mesh.point_fields = std::move(raw.point_fields);
+  mesh.cell_fields = std::move(raw.cell_fields);
+}
+
 Mesh<3> make_solid(RawMesh&& raw) {
   Mesh<3> mesh;
   mesh.points = std::move(raw.points);
@@ -85,9 +118,12 @@ Mesh<3> make_solid(RawMesh&& raw) {
   mesh.facet_tags = useful(std::move(raw.triangles.tags));
   mesh.cell_names = std::move(raw.tets.names);
   mesh.facet_names = std::move(raw.triangles.names);
-  mesh.point_tags = useful(std::move(raw.point_tags));
-  mesh.point_fields = std::move(raw.point_fields);
-  mesh.cell_fields = std::move(raw.cell_fields);
+  mesh.edges = std::move(raw.edges.cells);
+  mesh.edge_tags = useful(std::move(raw.edges.tags));
+  mesh.edge_names = std::move(raw.edges.names);
+  mesh.ridges = std::move(raw.ridges);
+  mesh.required = std::move(raw.required);
+  take_points(raw, mesh);
   return mesh;
 }
 
@@ -102,9 +138,10 @@ Mesh<2> make_plane(RawMesh&& raw) {
   mesh.facet_tags = useful(std::move(raw.edges.tags));
   mesh.cell_names = std::move(raw.triangles.names);
   mesh.facet_names = std::move(raw.edges.names);
-  mesh.point_tags = useful(std::move(raw.point_tags));
-  mesh.point_fields = std::move(raw.point_fields);
-  mesh.cell_fields = std::move(raw.cell_fields);
+  mesh.required.points = std::move(raw.required.points);
+  mesh.required.facets = std::move(raw.required.edges);
+  mesh.required.cells = std::move(raw.required.facets);
+  take_points(raw, mesh);
   for (MeshField& f : mesh.point_fields) flatten(f);
   for (MeshField& f : mesh.cell_fields) flatten(f);
   return mesh;
@@ -216,6 +253,7 @@ AnyMesh assemble(RawMesh raw, const Source& source) {
   check_indices(raw.tets, raw.points.size(), "tetrahedron", source);
   check_indices(raw.triangles, raw.points.size(), "triangle", source);
   check_indices(raw.edges, raw.points.size(), "edge", source);
+  check_lists(raw, source);
   if (!raw.tets.cells.empty()) {
     if (raw.dimension != 3) fail_format(source, raw.tets.place, "tetrahedra in a file of dimension 2");
     return make_solid(std::move(raw));

@@ -43,6 +43,9 @@ struct RawMesh {
   RawCells<4> tets;
   RawCells<3> triangles;
   RawCells<2> edges;
+  std::vector<Index> corners, ridges;  ///< points and edges, in any order
+  RequiredParts required;              ///< facets: the triangles, also where these are the cells
+  TagNames point_names;
   std::vector<MeshField> point_fields, cell_fields;  ///< cell_fields belong to the cells of highest dimension
 };
 

@@ -133,7 +133,7 @@ class Regions(support.Case):
         text = (self.dir / "a.mesh").read_text(encoding="ascii")
         (self.dir / "a.mesh").write_text(text.replace("-1.0 -1.0 -1.0 0", "-1.0 -1.0 -1.0 5"), encoding="ascii")
         done = self.adapt(self.dir / "a.mesh", "--analytic", "iso:h=0.5", "-o", self.dir / "b.mesh")
-        self.assertIn("tags of its points are dropped", done.stderr)
+        self.assertIn("tag of a point is dropped", done.stderr)
 
     def test_tags_that_are_no_regions(self):
         points, cells, tags, between = two_materials(8)

@@ -18,6 +18,17 @@ Mesh<D> named_mesh(int n) {
   Mesh<D> mesh = rich_mesh<D>(n);
   mesh.facet_names = {{1, "inlet"}, {2, "outlet"}, {4, "wall-top"}};
   mesh.cell_names = {{1, "air"}, {3, "steel"}};
+  mesh.corners = {0, 2, 7};
+  mesh.required.points = {1, 7};
+  mesh.required.facets = {0, 3};
+  if constexpr (D == 3) {
+    for (Index c = 0; c < 5; ++c) mesh.edges.push_back({mesh.cells[6 * c][0], mesh.cells[6 * c][3]});
+    mesh.edge_tags = {2, 1, -4, 2, 5};
+    mesh.edge_names = {{1, "seam"}};
+    mesh.ridges = {1, 2};
+    mesh.required.edges = {0, 4};
+  }
+  mesh.point_names = {{2, "probe"}};
   return mesh;
 }
 
@@ -37,6 +48,14 @@ bool same_simplex(std::array<Index, N> a, std::array<Index, N> b) {
 }
 
 template <int D>
+std::vector<std::pair<Index, std::array<Index, 2>>> tagged_edges(const Mesh<D>& mesh) {
+  std::vector<std::pair<Index, std::array<Index, 2>>> list;
+  for (std::size_t e = 0; e < mesh.edges.size(); ++e) list.emplace_back(mesh.edge_tags.at(e), mesh.edges[e]);
+  std::sort(list.begin(), list.end());
+  return list;
+}
+
+template <int D>
 void expect_held(const MeshFormat& format, const Mesh<D>& mesh, const Mesh<D>& back) {
   using Fields = MeshFormat::Fields;
   ASSERT_EQ(mesh.points.size(), back.points.size());
@@ -52,7 +71,20 @@ void expect_held(const MeshFormat& format, const Mesh<D>& mesh, const Mesh<D>& b
   for (std::size_t i = 0; i < mesh.cells.size(); ++i)
     ASSERT_TRUE(same_simplex(mesh.cells[i], back.cells[i])) << "cell " << i;
   EXPECT_EQ(back.cell_tags, format.cell_tags ? mesh.cell_tags : std::vector<Index>{});
-  EXPECT_EQ(back.point_tags, format.point_tags ? mesh.point_tags : std::vector<Index>{});
+  std::vector<Index> point_tags = mesh.point_tags;
+  if (!format.point_tags) {
+    point_tags.assign(format.edges ? mesh.points.size() : 0, 0);
+    if (format.edges)
+      for (const Index v : mesh.corners) point_tags[v] = mesh.point_tags[v];
+  }
+  EXPECT_EQ(back.point_tags, point_tags);
+  using List = std::vector<Index>;
+  EXPECT_EQ(tagged_edges(back), tagged_edges(format.edges ? mesh : Mesh<D>()));
+  EXPECT_EQ(back.corners, format.edges ? mesh.corners : List{});
+  EXPECT_EQ(back.ridges, format.required ? mesh.ridges : List{});
+  EXPECT_EQ(back.required, format.required ? mesh.required : RequiredParts{});
+  EXPECT_EQ(back.edge_names, format.edges && format.facet_names ? mesh.edge_names : TagNames{});
+  EXPECT_EQ(back.point_names, format.edges && format.facet_names ? mesh.point_names : TagNames{});
   // Formats that group facets by tag change their order.
   const auto sorted = [](const Mesh<D>& m) {
     std::vector<std::pair<std::array<Index, D>, Index>> list;
@@ -84,7 +116,7 @@ void round_trip(const MeshFormat& format, std::string_view suffix, MeshWriteOpti
   options.facets = true;
   const std::vector<std::string> lost = write_mesh(path, mesh, options);
   const bool all = format.exact && format.cell_tags && format.facets && format.point_tags &&
-                   format.cell_names && format.facet_names &&
+                   format.cell_names && format.facet_names && format.edges && format.required &&
                    format.point_fields != MeshFormat::Fields::kNoFields &&
                    format.cell_fields != MeshFormat::Fields::kNoFields;
   EXPECT_EQ(lost.empty(), all);
