@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -66,6 +67,25 @@ FieldWall<D>::FieldWall(const Mesh<D>& mesh, std::shared_ptr<const CellFinder<D>
   bounds_ = zero_bounds<D>(mesh, distance_, kOnWall * places_->bounds().diagonal());
   if (bounds_.empty())
     throw Error(ErrorCode::kParameter, "the distance is nowhere 0: there is no wall in the mesh");
+  coarseness_ = measure_coarseness(mesh);
+}
+
+template <int D>
+double FieldWall<D>::measure_coarseness(const Mesh<D>& mesh) const {
+  std::vector<double> turns;
+  for (const auto& cell : mesh.cells) {
+    for (const auto& [i, j] : kCellEdges<D>) {
+      const auto p = static_cast<std::size_t>(cell[i]), q = static_cast<std::size_t>(cell[j]);
+      const double a = distance_[p], b = distance_[q];
+      if ((a < 0.0) == (b < 0.0)) continue;
+      const Vec<D> edge = mesh.points[q] - mesh.points[p];
+      turns.push_back(std::abs(at(in_space<D>(mesh.points[p] + a / (a - b) * edge)).k1) * edge.norm());
+    }
+  }
+  if (turns.empty()) return 0.0;
+  const auto middle = turns.begin() + static_cast<std::ptrdiff_t>(turns.size() / 2);
+  std::nth_element(turns.begin(), middle, turns.end());
+  return *middle;
 }
 
 template <int D>

@@ -27,6 +27,9 @@ class FieldWall : public WallField {
   [[nodiscard]] double phi(const Vec3& x) const override;
   int others(const Vec3&, const WallPoint&, double, std::span<WallPoint>) const override { return 0; }
   [[nodiscard]] Box<3> bounds() const override { return bounds_; }
+  /// The median over edges across the wall of their length times the curvature there. Above 1/2 the mesh
+  /// turns by more than half a radian from point to point, and does not tell the wall's shape.
+  [[nodiscard]] double coarseness() const { return coarseness_; }
 
  private:
   struct Sample {
@@ -35,6 +38,7 @@ class FieldWall : public WallField {
     Mat<D> hessian = Mat<D>::Zero();
   };
   [[nodiscard]] Sample sample(const Vec<D>& x) const;
+  [[nodiscard]] double measure_coarseness(const Mesh<D>& mesh) const;
   [[nodiscard]] Vec<D> foot_of(const Vec<D>& x) const;
 
   std::shared_ptr<const CellFinder<D>> places_;
@@ -42,6 +46,7 @@ class FieldWall : public WallField {
   std::vector<Vec<D>> gradient_;
   std::vector<Sym<D>> hessian_;
   Box<3> bounds_;
+  double coarseness_ = 0.0;
 };
 
 }  // namespace lamina

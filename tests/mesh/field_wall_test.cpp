@@ -50,6 +50,15 @@ TEST(FieldWall, Balls) {
   check_ball<3>(24, 0.05);
 }
 
+// Of edges of 1/n to sqrt 2/n, at a curvature of 1/kRadius.
+TEST(FieldWall, CoarsenessTellsHowFarTheMeshTurns) {
+  const double turn = ball<2>(40).coarseness();
+  EXPECT_GT(turn, 0.8 / 40 / kRadius);
+  EXPECT_LT(turn, 1.7 / 40 / kRadius);
+  EXPECT_NEAR(ball<2>(20).coarseness() / turn, 2.0, 0.4);
+  EXPECT_GT(ball<2>(4).coarseness(), 0.5);
+}
+
 /// A wall on the border of the mesh, as in body-fitted meshes: linear distances are told without error.
 TEST(FieldWall, PlaneOnTheBorder) {
   const Mesh<3> mesh = lattice<3>(5, 0.1);

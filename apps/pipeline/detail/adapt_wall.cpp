@@ -52,7 +52,7 @@ AdaptWall<D>::AdaptWall(const Adaptation& a, const Carrier<D>* input, const Mesh
       input != nullptr && (names_field<D>(a.level_set, *input) || is_solution(a.level_set) ||
                            !std::filesystem::exists(a.level_set));
   if (is_field)
-    from_field(a, c, *input);
+    from_field(a, c, *input, progress);
   else
     from_body(a, c, progress);
   if (a.h_min > smallest_)
@@ -63,10 +63,18 @@ AdaptWall<D>::AdaptWall(const Adaptation& a, const Carrier<D>* input, const Mesh
 }
 
 template <int D>
-void AdaptWall<D>::from_field(const Adaptation& a, Case c, const Carrier<D>& input) {
+void AdaptWall<D>::from_field(const Adaptation& a, Case c, const Carrier<D>& input, Progress& progress) {
+  constexpr double kTooCoarse = 0.5;
   std::vector<double> distance = scalar_field<D>(input.mesh, a.level_set, "--level-set", a.mesh.string());
   try {
     auto wall = std::make_unique<const FieldWall<D>>(input.mesh, input.places, std::move(distance));
+    if (wall->coarseness() > kTooCoarse)
+      progress.warn(fmt::format(
+          "{}: most of its edges across the wall of {} are longer than {:.2g} of the radius of curvature "
+          "there: "
+          "the layers follow what the field says between such points. Adapt to them without --align layers, "
+          "evaluate the field on that mesh, and adapt it again",
+          a.mesh.string(), a.level_set, wall->coarseness()));
     const BoundaryLayer layer = resolve(c.flow, wall->bounds().size().maxCoeff());
     c.box2 = c.box1 = c.domain;
     metric_ = std::make_unique<const WallMetric>(*wall, layer, size_options(c));

@@ -23,7 +23,7 @@ class AdaptWall {
   [[nodiscard]] const BoundaryLayer& layer() const { return metric_->layer(); }
 
  private:
-  void from_field(const Adaptation& a, Case c, const Carrier<D>& input);
+  void from_field(const Adaptation& a, Case c, const Carrier<D>& input, Progress& progress);
   void from_body(const Adaptation& a, Case c, Progress& progress);
 
   std::unique_ptr<const Body> body_;        ///< of a body
