@@ -4,6 +4,7 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -48,6 +49,15 @@ using Snapshot = FunctionRef<std::string()>;
 /// mesh.
 using IterationCallback = std::function<bool(const AdaptStep& step, Snapshot snapshot)>;
 
+/// The boundary that a run followed, and what of it each part of its mesh lies on.
+class FollowedShape {
+ public:
+  FollowedShape() = default;
+  FollowedShape(const FollowedShape&) = delete;
+  FollowedShape& operator=(const FollowedShape&) = delete;
+  virtual ~FollowedShape() = default;
+};
+
 inline constexpr double kHausdorffShare = 1e-3;
 
 struct AdaptOptions {
@@ -68,6 +78,10 @@ struct AdaptOptions {
   double ridge_angle = 45.0;
   /// Cells of different tags stay apart: the facets between them are a boundary of either region.
   bool keep_cell_tags = true;
+  /// AdaptSummary::shape of the run that made `mesh`, which is unchanged since: the input of that run is
+  /// followed, with its tags, so that tolerances do not add up. None: `mesh` is.
+  std::shared_ptr<const FollowedShape> follow = {};
+  bool keep_shape = false;     ///< AdaptSummary::shape is wanted; about 24 bytes a point and 8 a cell
   int block_vertices = 16384;  ///< vertices per block; fixed by the mesh, never by the thread count
   IterationCallback after_step = {};
   /// A snapshot of a run on the same mesh and metric with the same options, by the same build on the same
@@ -98,6 +112,7 @@ struct AdaptSummary {
   std::vector<OperatorStats> operators;
   double seconds = 0.0;  ///< of this run, not of one that it resumed
   std::string stopped_because;
+  std::shared_ptr<const FollowedShape> shape;  ///< where AdaptOptions::keep_shape asks for it
 };
 
 /// Adapts `mesh` in place. The boundary of the domain is kept: facets of one tag between ridges are a piece.

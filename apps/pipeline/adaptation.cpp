@@ -189,7 +189,7 @@ void make_ready(Mesh<D>& mesh, const std::string& name, Progress& progress) {
 /// and bounded there, and from then on the mesh is adapted to the finer of both, twice, so that the bound is
 /// resolved where it made sizes smaller.
 template <int D>
-void bound_growth(const Adaptation& a, AdaptOptions options, WantedMetric<D>& wanted, Mesh<D>& mesh,
+void bound_growth(const Adaptation& a, AdaptOptions& options, WantedMetric<D>& wanted, Mesh<D>& mesh,
                   std::vector<Metric<D>>& metric, Progress& progress) {
   constexpr int kRounds = 2;
   options.start_size = options.end_size;
@@ -197,7 +197,7 @@ void bound_growth(const Adaptation& a, AdaptOptions options, WantedMetric<D>& wa
     metric = wanted.formula_at(mesh.points);
     gradate<D>(mesh, metric, a.gradation);
     wanted.bound_by(mesh, metric);
-    adapt<D>(mesh, *wanted.family(), metric, options, &progress);
+    options.follow = adapt<D>(mesh, *wanted.family(), metric, options, &progress).shape;
   }
 }
 
@@ -205,7 +205,7 @@ void bound_growth(const Adaptation& a, AdaptOptions options, WantedMetric<D>& wa
 /// measure it on; now there is one, and the scale is corrected until it is within a percent. Such steps are
 /// small, so none of them needs the way from coarse to fine.
 template <int D>
-void correct_complexity(const Adaptation& a, AdaptOptions options, WantedMetric<D>& wanted, Mesh<D>& mesh,
+void correct_complexity(const Adaptation& a, AdaptOptions& options, WantedMetric<D>& wanted, Mesh<D>& mesh,
                         std::vector<Metric<D>>& metric, Progress& progress) {
   constexpr double kClose = 1e-2;
   constexpr int kMostRounds = 4;
@@ -217,7 +217,7 @@ void correct_complexity(const Adaptation& a, AdaptOptions options, WantedMetric<
     if (wanted.has_formula() && a.gradation > 0.0)
       bound_growth<D>(a, options, wanted, mesh, metric, progress);
     else
-      adapt<D>(mesh, *wanted.family(), metric, options, &progress);
+      options.follow = adapt<D>(mesh, *wanted.family(), metric, options, &progress).shape;
   }
 }
 
@@ -304,7 +304,9 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
   options.ridge_angle = a.ridge_angle;
   options.keep_cell_tags = a.keep_cell_tags;
   options.end_size = wanted.smallest();
+  options.keep_shape = a.gradation > 0.0 || a.complexity > 0.0;  // for the rounds that may follow
   report.adapt = adapt<D>(mesh, *wanted.family(), metric, options, &stages);
+  options.follow = std::move(report.adapt.shape);
   if (wanted.has_formula() && a.gradation > 0.0) bound_growth<D>(a, options, wanted, mesh, metric, stages);
   if (a.complexity > 0.0 && wanted.complexity_is_estimate())
     correct_complexity<D>(a, options, wanted, mesh, metric, stages);

@@ -15,6 +15,7 @@
 #include "mesh/adapt/blocks.h"
 #include "mesh/adapt/boundary.h"
 #include "mesh/adapt/fixed_point.h"
+#include "mesh/adapt/followed_shape.h"
 #include "mesh/adapt/measure.h"
 #include "mesh/adapt/operators.h"
 #include "mesh/adapt/snapshot.h"
@@ -176,7 +177,8 @@ AdaptState<D> first_state(const Mesh<D>& mesh, const AdaptMetric<D>& field, cons
     state.summary.operators.emplace_back();
     state.summary.operators.back().name = name;
   }
-  state.mesh = import_mesh(mesh, options, state.tags);
+  state.mesh = options.follow != nullptr ? recall_mesh(mesh, *options.follow, state.tags)
+                                         : import_mesh(mesh, options, state.tags);
   double first = options.start_size;
   if (!(first > 0.0)) {
     evaluate_metric(state.mesh, field, 0.0, 0);
@@ -287,6 +289,7 @@ AdaptSummary adapt(Mesh<D>& mesh, const AdaptMetric<D>& field, std::vector<Metri
                         state.floors.size(), state.floors[state.next - 1]);
   export_mesh(state.mesh, state.tags, mesh);
   metric = std::move(state.mesh.metric);
+  if (options.keep_shape) summary.shape = remember_shape(state.mesh, state.tags);
   summary.seconds = seconds_since(start);
   return summary;
 }

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "mesh/adapt.h"
 #include "mesh/score.h"
@@ -73,6 +74,35 @@ struct Dim {
 };
 using Dimensions = testing::Types<Dim<2>, Dim<3>>;
 TYPED_TEST_SUITE(AdaptCurved, Dimensions);
+
+// Each round coarser than the one before, which would lose a tolerance each.
+TYPED_TEST(AdaptCurved, RoundsThatFollowOneInputDoNotAddUpTolerances) {
+  constexpr int D = TypeParam::value;
+  const Mesh<D> input = ball<D>(D == 2 ? 20 : 8);
+  double sagitta = 0.0;
+  sample_boundary<D>(input, [&](const Vec<D>& x, Index) { sagitta = std::max(sagitta, 1.0 - x.norm()); });
+  constexpr double kTolerance = 1e-2;
+  Mesh<D> mesh = input;
+  std::vector<Metric<D>> metric;
+  AdaptOptions options;
+  options.hausdorff = kTolerance;
+  options.keep_shape = true;
+  for (const double size : {0.15, 0.3, 0.6}) {
+    options.end_size = size;
+    options.follow = adapt<D>(mesh, Uniform<D>(size), metric, options).shape;
+    ASSERT_NE(options.follow, nullptr);
+    EXPECT_TRUE(validate<D>(mesh).ok());
+    sample_boundary<D>(mesh, [&](const Vec<D>& x, Index tag) {
+      EXPECT_EQ(tag, 5);
+      EXPECT_GE(x.norm(), 1.0 - sagitta - kTolerance);
+    });
+    // Points lie on the input itself.
+    for (const auto& f : mesh.facets)
+      for (const Index p : f) EXPECT_GE(mesh.points[p].norm(), 1.0 - sagitta - 1e-12);
+  }
+  mesh = input;
+  EXPECT_THROW(adapt<D>(mesh, Uniform<D>(0.3), metric, options), Error);
+}
 
 TYPED_TEST(AdaptCurved, StaysOnASphereWithinTheTolerance) {
   constexpr int D = TypeParam::value;
