@@ -27,8 +27,8 @@ class FieldWall : public WallField {
   [[nodiscard]] double phi(const Vec3& x) const override;
   int others(const Vec3&, const WallPoint&, double, std::span<WallPoint>) const override { return 0; }
   [[nodiscard]] Box<3> bounds() const override { return bounds_; }
-  /// The median over edges across the wall of their length times the curvature there. Above 1/2 the mesh
-  /// turns by more than half a radian from point to point, and does not tell the wall's shape.
+  /// The median over edges across the wall of their length times the curvature there. Above 1 the mesh
+  /// turns by more than a radian from point to point, and does not tell the wall's shape.
   [[nodiscard]] double coarseness() const { return coarseness_; }
 
  private:

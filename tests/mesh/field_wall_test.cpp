@@ -56,7 +56,7 @@ TEST(FieldWall, CoarsenessTellsHowFarTheMeshTurns) {
   EXPECT_GT(turn, 0.8 / 40 / kRadius);
   EXPECT_LT(turn, 1.7 / 40 / kRadius);
   EXPECT_NEAR(ball<2>(20).coarseness() / turn, 2.0, 0.4);
-  EXPECT_GT(ball<2>(4).coarseness(), 0.5);
+  EXPECT_GT(ball<2>(3).coarseness(), 1.0);
 }
 
 /// A wall on the border of the mesh, as in body-fitted meshes: linear distances are told without error.

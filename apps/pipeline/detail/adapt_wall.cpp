@@ -64,13 +64,13 @@ AdaptWall<D>::AdaptWall(const Adaptation& a, const Carrier<D>* input, const Mesh
 
 template <int D>
 void AdaptWall<D>::from_field(const Adaptation& a, Case c, const Carrier<D>& input, Progress& progress) {
-  constexpr double kTooCoarse = 0.5;
+  constexpr double kTooCoarse = 1.0;
   std::vector<double> distance = scalar_field<D>(input.mesh, a.level_set, "--level-set", a.mesh.string());
   try {
     auto wall = std::make_unique<const FieldWall<D>>(input.mesh, input.places, std::move(distance));
     if (wall->coarseness() > kTooCoarse)
       progress.warn(fmt::format(
-          "{}: most of its edges across the wall of {} are longer than {:.2g} of the radius of curvature "
+          "{}: most of its edges across the wall of {} are longer than {:.2g} times the radius of curvature "
           "there: "
           "the layers follow what the field says between such points. Adapt to them without --align layers, "
           "evaluate the field on that mesh, and adapt it again",
