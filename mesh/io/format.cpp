@@ -41,12 +41,22 @@ AnyMesh read_file(const fs::path& path) {
 }
 
 template <int D>
+void add_lost_lines(const Mesh<D>& mesh, std::vector<std::string>& lost) {
+  const auto add = [&](std::size_t n, const char* what) {
+    if (n > 0) lost.push_back(counted(static_cast<std::int64_t>(n), what));
+  };
+  add(mesh.edges.size(), "edge");
+  add(mesh.corners.size(), "corner");
+}
+
+template <int D>
 void write_vtu_file(WriteJob& job, const Mesh<D>& mesh) {
   write_vtu(job.files.add(job.path), mesh, {.facets = job.options.facets, .compress = job.options.compress});
   if (job.options.facets) return;
   if (!mesh.facets.empty())
     job.lost.push_back(counted(static_cast<std::int64_t>(mesh.facets.size()), "facet"));
   if (!mesh.point_tags.empty()) job.lost.emplace_back("point tags");
+  add_lost_lines(mesh, job.lost);
 }
 
 template <int D, bool Ascii>
@@ -72,6 +82,7 @@ FormatEntry vtu_entry() {
   return {{.name = "VTK unstructured grid",
            .suffixes = {".vtu"},
            .point_tags = true,
+           .edges = true,
            .point_fields = Fields::kAnyFields,
            .cell_fields = Fields::kAnyFields},
           read_file<parse_vtu>,
@@ -262,15 +273,6 @@ bool has_tags_to_lose(const MeshFormat& format, const Mesh<D>& mesh) {
   if (format.edges && !tags.empty())
     for (const Index v : mesh.corners) tags[static_cast<std::size_t>(v)] = 0;
   return std::any_of(tags.begin(), tags.end(), is_tag);
-}
-
-template <int D>
-void add_lost_lines(const Mesh<D>& mesh, std::vector<std::string>& lost) {
-  const auto add = [&](std::size_t n, const char* what) {
-    if (n > 0) lost.push_back(counted(static_cast<std::int64_t>(n), what));
-  };
-  add(mesh.edges.size(), "edge");
-  add(mesh.corners.size(), "corner");
 }
 
 }  // namespace

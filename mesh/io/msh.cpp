@@ -483,21 +483,9 @@ class MshReader {
     raw_.tets = std::move(tets_.raw);
     raw_.triangles = std::move(triangles_.raw);
     raw_.edges = std::move(lines_.raw);
-    take_corners();
+    add_corners(corners_.raw, raw_);
+    raw_.point_names = std::move(corners_.raw.names);
     return assemble(std::move(raw_), source_);
-  }
-
-  /// Elements of one node: corners, whose tags are those of their points.
-  void take_corners() {
-    const auto& [corners, tags, names, place] = corners_.raw;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const Index v = corners[i][0];
-      raw_.corners.push_back(v);
-      if (tags[i] == 0) continue;
-      if (raw_.point_tags.empty()) raw_.point_tags.resize(raw_.points.size());
-      raw_.point_tags[static_cast<std::size_t>(v)] = tags[i];
-    }
-    raw_.point_names = names;
   }
 
   const Source& source_;

@@ -164,6 +164,17 @@ void fail_unsupported(const Source& source, const std::string& what) {
   throw Error(ErrorCode::kFileUnsupported, fmt::format("{}: {}", source.name, what));
 }
 
+void add_corners(const RawCells<1>& corners, RawMesh& raw) {
+  const bool tag_points = raw.point_tags.empty() && !corners.tags.empty();
+  if (tag_points) raw.point_tags.resize(raw.points.size());
+  for (std::size_t i = 0; i < corners.cells.size(); ++i) {
+    const Index v = corners.cells[i][0];
+    raw.corners.push_back(v);
+    if (tag_points && v >= 0 && static_cast<std::size_t>(v) < raw.points.size())
+      raw.point_tags[static_cast<std::size_t>(v)] = corners.tags[i];
+  }
+}
+
 std::string name_of_tag(const TagNames& names, Index tag, std::string_view kind) {
   const auto found = names.find(tag);
   return found != names.end() && !found->second.empty() ? found->second : fmt::format("{}_{}", kind, tag);

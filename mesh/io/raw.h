@@ -49,6 +49,9 @@ struct RawMesh {
   std::vector<MeshField> point_fields, cell_fields;  ///< cell_fields belong to the cells of highest dimension
 };
 
+/// Adds cells of one point as corners; their tags are those of the points where these have none.
+void add_corners(const RawCells<1>& corners, RawMesh& raw);
+
 /// Name of a tag for a format that knows names only: its own, or `kind` and the number ("wall_3").
 std::string name_of_tag(const TagNames& names, Index tag, std::string_view kind);
 /// Tags for the names of a file: those that are given, else the number of a name that name_of_tag made, else

@@ -300,6 +300,8 @@ AnyMesh parse_vtu(std::string_view bytes, const std::string& name) {
   gather(topology, kVtkTetra, tags, raw.tets);
   gather(topology, kVtkTriangle, tags, raw.triangles);
   gather(topology, kVtkLine, tags, raw.edges);
+  RawCells<1> vertices;
+  gather(topology, kVtkVertex, tags, vertices);
   const std::uint8_t type = raw.tets.cells.empty() ? kVtkTriangle : kVtkTetra;
   for (const DataArray& a : d.point_data) {
     if (a.name == "region" && a.components == 1 && is_integer(a.type)) {
@@ -313,6 +315,7 @@ AnyMesh parse_vtu(std::string_view bytes, const std::string& name) {
     raw.cell_fields.push_back(read_field(source, d, a, cells));
     keep_type(raw.cell_fields.back(), topology.types, type);
   }
+  add_corners(vertices, raw);
   return assemble(std::move(raw), source);
 }
 

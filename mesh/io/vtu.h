@@ -2,11 +2,13 @@
 //
 // Written: one piece, appended raw data, zlib blocks of 1 MiB or none, UInt64 header words, Float64 points
 // and fields, Int32 connectivity and offsets (Int64 where they do not fit), cell tags as Int32 cell data
-// "region". Facets, on request, are cells behind ours: cell fields are not a number there. Plane meshes get z
+// "region". Facets, on request, are cells behind ours, and so are edges of 3D meshes
+// and corners: cell fields are not a number there. Plane meshes get z
 // = 0, their vectors a third component 0. A symmetric tensor is stored with six components in the order of
 // ParaView, XX YY ZZ XY YZ XZ (ours is xx, xy, yy, xz, yz, zz); six components are read back in that order.
 // Read: what VTK 9 and meshio write, in any byte order. Triangles beside tetrahedra, and lines beside
-// triangles, become facets; vertices (cell type 1) are passed over.
+// triangles, become facets, lines beside tetrahedra edges, vertices (cell type 1) corners; their tags are
+// those of their points where these have none.
 #pragma once
 
 #include <string>
@@ -21,7 +23,7 @@ namespace lamina::io {
 AnyMesh parse_vtu(std::string_view bytes, const std::string& name);
 
 struct VtuOptions {
-  bool facets = false;  ///< as cells behind ours with their tags; point tags as point data "region"
+  bool facets = false;  ///< and edges and corners, with their tags; point tags as point data "region"
   bool compress = true;
 };
 

@@ -2,6 +2,7 @@
 // offsets.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
@@ -20,7 +21,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "files are declared little-endian");
 
-constexpr std::uint8_t kVtkLine = 3, kVtkTriangle = 5, kVtkTetra = 10;
+constexpr std::uint8_t kVtkVertex = 1, kVtkLine = 3, kVtkTriangle = 5, kVtkTetra = 10;
 
 /// Place in our xx xy yy (xz yz zz) of ParaView's XX YY ZZ XY YZ XZ; -1: zero.
 template <int D>
@@ -72,13 +73,17 @@ class Appendix {
   std::uint64_t offset_ = 0;
 };
 
-/// Writes one mesh. Facets, where wanted, are cells behind ours: the numbers of cells stay.
+/// Writes one mesh. Facets, edges and corners, where wanted, are cells behind ours in this order: the numbers
+/// of cells stay.
 template <int D>
 class VtuWriter {
  public:
   VtuWriter(const Mesh<D>& mesh, VtuOptions options)
       : mesh_(mesh),
         facets_(options.facets ? mesh.facets.size() : 0),
+        edges_(options.facets ? mesh.edges.size() : 0),
+        corners_(options.facets ? mesh.corners.size() : 0),
+        more_(facets_ + edges_ + corners_),
         options_(options),
         to_(options.compress) {}
 
@@ -90,18 +95,18 @@ class VtuWriter {
                     options_.compress ? " compressor=\"vtkZLibDataCompressor\"" : ""));
     to_.line("  <UnstructuredGrid>");
     to_.line(fmt::format("    <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">", mesh_.points.size(),
-                         mesh_.cells.size() + facets_));
+                         mesh_.cells.size() + more_));
     to_.line("      <PointData>");
     if (options_.facets && !mesh_.point_tags.empty())
       to_.add_flat("Int32", kRegion, mesh_.points.size(), mesh_.point_tags.data());
     for (const MeshField& f : mesh_.point_fields) field(f, mesh_.points.size(), 0);
     to_.line("      </PointData>\n      <CellData>");
     regions();
-    for (const MeshField& f : mesh_.cell_fields) field(f, mesh_.cells.size(), facets_);
+    for (const MeshField& f : mesh_.cell_fields) field(f, mesh_.cells.size(), more_);
     to_.line("      </CellData>\n      <Points>");
     points();
     to_.line("      </Points>\n      <Cells>");
-    const std::size_t corners = mesh_.cells.size() * (D + 1) + facets_ * D;
+    const std::size_t corners = mesh_.cells.size() * (D + 1) + facets_ * D + edges_ * 2 + corners_;
     if (corners <= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max())) {
       topology<std::int32_t>("Int32");
     } else {
@@ -148,12 +153,17 @@ class VtuWriter {
   }
 
   void regions() {
-    if (facets_ == 0 && mesh_.cell_tags.empty()) return;
-    if (facets_ == 0) return to_.add_flat("Int32", kRegion, mesh_.cells.size(), mesh_.cell_tags.data());
-    to_.add<std::int32_t>("Int32", kRegion, mesh_.cells.size() + facets_, [this](std::size_t i) {
-      const bool cell = i < mesh_.cells.size();
-      const std::vector<Index>& tags = cell ? mesh_.cell_tags : mesh_.facet_tags;
-      return tags.empty() ? 0 : tags[cell ? i : i - mesh_.cells.size()];
+    const bool tagged = more_ > 0 || !mesh_.cell_tags.empty();
+    if (!tagged) return;
+    if (more_ == 0) return to_.add_flat("Int32", kRegion, mesh_.cells.size(), mesh_.cell_tags.data());
+    const auto tag = [](const std::vector<Index>& tags, std::size_t i) { return tags.empty() ? 0 : tags[i]; };
+    to_.add<std::int32_t>("Int32", kRegion, mesh_.cells.size() + more_, [this, tag](std::size_t i) {
+      if (i < mesh_.cells.size()) return tag(mesh_.cell_tags, i);
+      i -= mesh_.cells.size();
+      if (i < facets_) return tag(mesh_.facet_tags, i);
+      i -= facets_;
+      if (i < edges_) return tag(mesh_.edge_tags, i);
+      return tag(mesh_.point_tags, static_cast<std::size_t>(mesh_.corners[i - edges_]));
     });
   }
 
@@ -176,26 +186,36 @@ class VtuWriter {
     constexpr std::size_t corners = D + 1;
     const std::size_t cells = mesh_.cells.size();
     const char* attributes = "Name=\"connectivity\"";
-    if (facets_ == 0 && std::is_same_v<T, Index>) {
+    if (more_ == 0 && std::is_same_v<T, Index>) {
       to_.add_flat(type, attributes, cells * corners, cells == 0 ? nullptr : mesh_.cells[0].data());
     } else {
-      to_.add<T>(type, attributes, cells * corners + facets_ * D, [this, cells](std::size_t i) {
-        if (i < cells * corners) return mesh_.cells[i / corners][i % corners];
-        return mesh_.facets[(i - cells * corners) / D][(i - cells * corners) % D];
-      });
+      to_.add<T>(type, attributes, cells * corners + facets_ * D + edges_ * 2 + corners_,
+                 [this, cells](std::size_t i) {
+                   if (i < cells * corners) return mesh_.cells[i / corners][i % corners];
+                   i -= cells * corners;
+                   if (i < facets_ * D) return mesh_.facets[i / D][i % D];
+                   i -= facets_ * D;
+                   return i < edges_ * 2 ? mesh_.edges[i / 2][i % 2] : mesh_.corners[i - edges_ * 2];
+                 });
     }
-    to_.add<T>(type, "Name=\"offsets\"", cells + facets_, [cells](std::size_t i) {
-      return i < cells ? (i + 1) * corners : cells * corners + (i - cells + 1) * D;
+    to_.add<T>(type, "Name=\"offsets\"", cells + more_, [this, cells](std::size_t i) {
+      if (i < cells) return (i + 1) * corners;
+      i -= cells;
+      const std::size_t facets = std::min(i + 1, facets_);
+      const std::size_t edges = std::min(i + 1 - facets, edges_);
+      return cells * corners + facets * D + edges * 2 + (i + 1 - facets - edges);
     });
-    to_.add<std::uint8_t>("UInt8", "Name=\"types\"", cells + facets_, [cells](std::size_t i) {
+    to_.add<std::uint8_t>("UInt8", "Name=\"types\"", cells + more_, [this, cells](std::size_t i) {
       constexpr std::uint8_t cell = D == 2 ? kVtkTriangle : kVtkTetra,
                              facet = D == 2 ? kVtkLine : kVtkTriangle;
-      return i < cells ? cell : facet;
+      if (i < cells) return cell;
+      i -= cells;
+      return i < facets_ ? facet : i < facets_ + edges_ ? kVtkLine : kVtkVertex;
     });
   }
 
   const Mesh<D>& mesh_;
-  std::size_t facets_;
+  std::size_t facets_, edges_, corners_, more_;
   VtuOptions options_;
   Appendix to_;
 };
