@@ -8,6 +8,7 @@
 #include "core/file.h"
 #include "mesh/box_facets.h"
 #include "mesh/io.h"
+#include "mesh/listed_parts.h"
 #include "mesh/solution.h"
 
 namespace lamina::cli {
@@ -79,7 +80,7 @@ int convert(const State& state) {
           mesh.facets.clear();
           mesh.facet_tags.clear();
           mesh.facet_names.clear();
-          mesh.required.facets.clear();
+          drop_listed_parts(mesh);
         }
         if (list) list_box_facets(mesh);
         return write_mesh(outputs.files(), state.out, mesh, options);
@@ -106,7 +107,7 @@ void add_convert(CLI::App& root, Commands& commands) {
   app->add_flag("--binary", state->binary, "binary, where the format has both (default)")->excludes(ascii);
   app->add_option("--format-version", state->version,
                   "of the format: .msh 4.1 or 2.2; .mesh, .meshb 2, 3 or 4");
-  app->add_flag("--cells-only", state->cells_only, "leave out the facets");
+  app->add_flag("--cells-only", state->cells_only, "leave out facets, edges and corners");
   app->add_flag("--no-compress", state->no_compress, "faster and larger .vtu");
   commands.push_back({app, [state] { return convert(*state); }});
 }

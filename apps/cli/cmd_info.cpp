@@ -172,6 +172,8 @@ Json mesh_json(const std::string& path, const Mesh<D>& mesh) {
           {"points", mesh.points.size()},
           {"cells", mesh.cells.size()},
           {"facets", mesh.facets.size()},
+          {"edges", mesh.edges.size()},
+          {"corners", mesh.corners.size()},
           {"bounds", bounds_json<D>(bounds)},
           {"cell_tags", tags_json(mesh.cell_tags)},
           {"facet_tags", tags_json(mesh.facet_tags)},

@@ -22,6 +22,7 @@
 #include "mesh/box_facets.h"
 #include "mesh/gradation.h"
 #include "mesh/io.h"
+#include "mesh/listed_parts.h"
 #include "mesh/seed.h"
 #include "mesh/solution.h"
 
@@ -134,18 +135,6 @@ std::int64_t count_loose_tags(const Mesh<D>& mesh) {
   for (const std::vector<Index>* list : {&mesh.corners, &mesh.required.points})
     for (const Index v : *list) loose[static_cast<std::size_t>(v)] = 0;
   return std::count_if(loose.begin(), loose.end(), has_tag);
-}
-
-/// The listed parts that `--edges drop` forgets.
-template <int D>
-void drop_kept_parts(Mesh<D>& mesh) {
-  mesh.edges.clear();
-  mesh.edge_tags.clear();
-  mesh.ridges.clear();
-  mesh.corners.clear();
-  mesh.edge_names.clear();
-  mesh.point_names.clear();
-  mesh.required = {};
 }
 
 /// The mesh as the optimizer wants it: positive cells, no loose points, all of the boundary or nothing
@@ -291,7 +280,7 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
       stages.warn(fmt::format("{}: its cell field {} is dropped: those of points go along", name, f.name));
   mesh.point_fields.clear();
   mesh.cell_fields.clear();
-  if (!a.keep_edges) drop_kept_parts(mesh);
+  if (!a.keep_edges) drop_listed_parts(mesh);
   make_ready<D>(mesh, name, stages);
   stages.done(fmt::format("smallest size {:.4g}", wanted.smallest()));
 

@@ -127,6 +127,40 @@ class Regions(support.Case):
                        "--threads", threads)
         self.assertEqual(len({(self.dir / f"b{threads}.meshb").read_bytes() for threads in (1, 2, 3, 8)}), 1)
 
+    def test_listed_edges_and_corners_are_kept(self):
+        points, cells, tags, _ = two_materials(4)
+        path = self.dir / "a.mesh"
+        write_mesh(path, points, cells, tags)
+        edge = [int(np.flatnonzero((points == (x, -1.0, -1.0)).all(axis=1))[0]) + 1 for x in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+        rows = "".join(f"{a} {b} 7\n" for a, b in zip(edge, edge[1:]))
+        text = path.read_text(encoding="ascii").replace("-1.0 -1.0 -1.0 0", "-1.0 -1.0 -1.0 5")
+        path.write_text(text.replace("\nEnd", f"\nEdges\n4\n{rows}Corners\n1\n{edge[0]}\nEnd"), encoding="ascii")
+        self.assertIn("edges                  4", lamina("info", path).stdout)
+        for name in ("b.mesh", "c.msh", "d.msh"):
+            words = ("--format-version", "2.2") if name == "d.msh" else ()
+            if words:
+                self.run_ok("convert", self.dir / "c.msh", self.dir / name, *words)
+            else:
+                done = self.adapt(path, "--analytic", "iso:h=0.3", "-o", self.dir / name)
+                self.assertNotIn("warning", done.stderr)
+            back = self.dir / "back.mesh"
+            self.run_ok("convert", self.dir / name, back)
+            words = back.read_text(encoding="ascii").split()
+            at = words.index("Vertices")
+            places = np.array(words[at + 2:at + 2 + 4 * int(words[at + 1])], dtype=float).reshape(-1, 4)
+            at = words.index("Edges")
+            edges = np.array(words[at + 2:at + 2 + 3 * int(words[at + 1])], dtype=int).reshape(-1, 3)
+            self.assertEqual(set(edges[:, 2]), {7})
+            ends = places[edges[:, :2] - 1]
+            self.assertTrue((ends[..., 1:3] == -1.0).all())
+            self.assertAlmostEqual(np.abs(ends[:, 0, 0] - ends[:, 1, 0]).sum(), 2.0, places=12)
+            self.assertGreater(len(edges), 4)
+            at = words.index("Corners")
+            self.assertEqual(words[at + 1], "1")
+            self.assertEqual(places[int(words[at + 2]) - 1].tolist(), [-1.0, -1.0, -1.0, 5.0])
+        self.adapt(path, "--analytic", "iso:h=0.3", "--edges", "drop", "-o", self.dir / "e.mesh")
+        self.assertNotIn("Edges", (self.dir / "e.mesh").read_text(encoding="ascii"))
+
     def test_tags_of_points_are_dropped_aloud(self):
         points, cells, tags, _ = two_materials(4)
         write_mesh(self.dir / "a.mesh", points, cells, tags)
