@@ -1,7 +1,8 @@
 // The main path of the optimizer. The wanted smallest size is approached by lowering a floor under all sizes,
 // so that at every step the mesh is at most a factor of four away from its metric; at each step the mesh is
 // cut into pieces along a Hilbert curve and every piece is visited by collapse, split, swap and smoothing
-// sweeps. At the end edges out of the unit range are stretched, and the surroundings of bad cells mended.
+// sweeps. At the end edges out of the unit range are stretched, in a plane cells settle, and the
+// surroundings of bad cells are mended.
 #include "mesh/adapt.h"
 
 #include <fmt/format.h>
@@ -52,8 +53,8 @@ template <int D>
 inline constexpr std::array kPolish = {kSplit, kSplit,    kCollapse, kSwap, kSmooth, kSplit,
                                        kSwap,  kCollapse, kSmooth,   kSwap, kSmooth, kRepair};
 template <>
-inline constexpr std::array kPolish<2> = {kCollapse, kSplit, kSplit,  kSplit, kSwap,   kSmooth,
-                                          kCollapse, kSwap,  kSmooth, kSwap,  kSmooth, kRepair};
+inline constexpr std::array kPolish<2> = {kCollapse, kSplit,  kSplit, kSwap,   kSmooth, kCollapse,
+                                          kSwap,     kSmooth, kSwap,  kSmooth, kRepair};
 
 // Time counts sweeps, and leaves room for as many in every pass.
 constexpr std::size_t kMostSweeps = std::max(kPolish<2>.size(), kPolish<3>.size());
@@ -75,6 +76,9 @@ constexpr std::array kMending = {kRepair, kCollapse, kSplit, kSwap, kSmooth, kRe
 // At the very end, when shapes are settled: what lengths gain here, smoothing would take back.
 constexpr std::array kStretching = {kStretch, kStretch, kStretch};
 
+// In a plane shapes follow once more, as far as lengths allow.
+constexpr std::array kSettling = {kSmooth, kSwap, kSmooth};
+
 constexpr double kLessSwaps = 0.05;  // where vertices are aligned: right columns have a mean quality of .83
 
 Rules plain_rules(const AdaptOptions& options) {
@@ -88,16 +92,26 @@ Rules plain_rules(const AdaptOptions& options) {
 template <int D>
 Rules polish_rules(const AdaptOptions& options) {
   Rules rules = plain_rules(options);
+  // Where vertices are aligned long edges stay: the diagonals of right columns are sqrt 2 long.
+  rules.short_edge = 0.75;
   if (D == 2) {
     rules.swap_below += 0.2;
-    rules.long_edge = 1.25;
+    if (!rules.align) rules.long_edge = 1.25;
     rules.least_swap = 0.0003;
     rules.least_move = 0.0002;
   } else {
     rules.swap_below += 0.05;
-    rules.short_edge = 0.75;
-    if (!rules.align) rules.long_edge = 1.38;  // the diagonals of right columns are sqrt 2 long
+    if (!rules.align) rules.long_edge = 1.38;
   }
+  return rules;
+}
+
+template <int D>
+Rules settling_rules(const AdaptOptions& options) {
+  Rules rules = polish_rules<D>(options);
+  rules.longest_new = kUnitMax;
+  rules.keep_lengths = true;
+  rules.metric_step = 0.1;
   return rules;
 }
 
@@ -156,6 +170,16 @@ int stretch(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions
     run_pass<D>(mesh, field, 0.0, options, pass + i, kStretching, plain_rules(options), cells, summary);
   }
   return pass + kPasses;
+}
+
+/// A pass that gives shapes back what stretching took, and more: the way of each vertex knows how the metric
+/// changes along it.
+template <int D>
+int settle(GlobalMesh<D>& mesh, const AdaptMetric<D>& field, const AdaptOptions& options, int pass,
+           AdaptSummary& summary) {
+  std::fill(mesh.changed.begin(), mesh.changed.end(), begin_of(pass));
+  run_pass<D>(mesh, field, 0.0, options, pass, kSettling, settling_rules<D>(options), {}, summary);
+  return pass + 1;
 }
 
 // Floors under the sizes, step by step. Each quarters the one before; the last is twice the smallest wanted
@@ -220,7 +244,7 @@ AdaptStep run_step(AdaptState<D>& state, const AdaptMetric<D>& field, const Adap
   if (last) std::fill(mesh.changed.begin(), mesh.changed.end(), begin_of(state.pass));
   const int passes = last ? options.final_passes : options.passes_per_step;
   constexpr double kWorthwhile =
-      D == 2 ? 0.0003 : 0.005;  // share of the edges that a final pass should make unit
+      D == 2 ? 0.001 : 0.005;  // share of the edges that a final pass should make unit
   double gain = 1.0;
   double share = 0.0;
   for (int i = 0; i < passes && gain > kWorthwhile; ++i) {
@@ -237,6 +261,10 @@ AdaptStep run_step(AdaptState<D>& state, const AdaptMetric<D>& field, const Adap
   }
   if (last) {
     state.pass = stretch(mesh, field, options, state.pass, state.summary);
+    if (D == 2) {
+      state.pass = settle(mesh, field, options, state.pass, state.summary);
+      state.pass = stretch(mesh, field, options, state.pass, state.summary);
+    }
     mend(mesh, field, options, state.pass, state.summary);
   }
   AdaptStep step = measure(mesh);

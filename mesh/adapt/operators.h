@@ -21,6 +21,8 @@ struct Rules {
   double least_swap = 0.003;     ///< share of its energies that a swap takes off; less would go on for ever
   double least_move = 0.0003;    ///< the same of a move
   double relaxation = 1.3;       ///< of the Newton step of a vertex
+  double metric_step = 0.0;      ///< metric length over which steps see the metric change; 0: it is held
+  bool keep_lengths = false;     ///< no move takes lengths around its vertex further out of the unit range
   double repair_below = 0.45;    ///< and below this one of repairs
   bool align = false;            ///< place vertices on the levels of the metric
   double aligned_floor = 0.2;    ///< moves onto a level keep to this floor where `floor` is lower
@@ -113,9 +115,11 @@ class Operators {
   /// falls. Returns whether a is bound to a level, moved or not.
   bool align(Index a, const Rules& rules, const NewtonStep& newton);
   bool stretch(Index a, Index other, double wanted, const Rules& rules);
-  double length_excess(Index a, const Vertex& p);
+  [[nodiscard]] double length_excess(Index a, const Vertex& p) const;
+  bool keeps_lengths(Index a, const Vertex& p, const Rules& rules);
   void move(Index a, const Vertex& p);
-  NewtonStep newton_step(Index a, int power) const;
+  NewtonStep newton_step(Index a, int power, double metric_step) const;
+  void add_turning(Index a, int power, double step, const Mat<D>& to_space, Vec<D>& gradient) const;
   bool improves_ball(Index a, const Vertex& p, double worst, double limit, int power);
 
   Local& mesh_;

@@ -53,10 +53,36 @@ void add_in_metric(const Metric<D>& m, const Mat<D>& to_space, double e, const V
 
 }  // namespace
 
-// Minimises sum energy^power over the cells of the ball of a, to second order and with their metrics held.
-// The step is in the metric space of a, y = U (x - x_a), and stays in the tangents of its pieces.
+// Adds to the gradient what comes from the metric of a, which changes with its place: cells that take their
+// metric from a feel it. Differences over a step of that metric length, either way; the layers of a profile
+// are steps themselves, which a shorter one would not see.
 template <int D>
-typename Operators<D>::NewtonStep Operators<D>::newton_step(Index a, int power) const {
+void Operators<D>::add_turning(Index a, int power, double step, const Mat<D>& to_space,
+                               Vec<D>& gradient) const {
+  const Vertex& va = mesh_.vertices[a];
+  const auto is_ruled = [&](Index c) {
+    return &Local::cell_metric(mesh_.corners(mesh_.cells[c].v)) == &va.metric;
+  };
+  if (std::none_of(cavity_.cells().begin(), cavity_.cells().end(), is_ruled)) return;
+  for (int k = 0; k < D; ++k) {
+    const Vec<D> way = step * to_space.col(k);
+    const Metric<D> ahead = field_.at(va.x + way, size_floor_), behind = field_.at(va.x - way, size_floor_);
+    for (const Index c : cavity_.cells()) {
+      if (!is_ruled(c)) continue;
+      const typename Local::Corners w = mesh_.corners(mesh_.cells[c].v);
+      std::array<const Vec<D>*, D + 1> x;
+      for (int i = 0; i <= D; ++i) x[i] = &w[i]->x;
+      gradient[k] += (raised(shape_energy<D>(x, ahead), power) - raised(shape_energy<D>(x, behind), power)) /
+                     (2.0 * step);
+    }
+  }
+}
+
+// Minimises sum energy^power over the cells of the ball of a, to second order and with their metrics held but
+// for add_turning(). The step is in the metric space of a, y = U (x - x_a), and stays in the tangents of its
+// pieces.
+template <int D>
+typename Operators<D>::NewtonStep Operators<D>::newton_step(Index a, int power, double metric_step) const {
   const Vertex& va = mesh_.vertices[a];
   const Mat<D> to_space =
       va.metric.factor().template triangularView<Eigen::Upper>().solve(Mat<D>::Identity());
@@ -93,6 +119,7 @@ typename Operators<D>::NewtonStep Operators<D>::newton_step(Index a, int power) 
     add_in_metric<D>(m, to_space, e, u, h, gradient, hessian);
     result.energy += e;
   }
+  if (metric_step > 0.0) add_turning(a, power, metric_step, to_space, gradient);
   std::array<Vec<D>, D> fixed;  // orthonormal directions in which a may not move
   int fixed_count = 0;
   const Normals normals = normals_at(va);
@@ -157,7 +184,7 @@ bool Operators<D>::align(Index a, const Rules& rules, const NewtonStep& newton) 
     Vertex p = old;
     slide(p, fraction * newton.step);
     if (!place_on_level(p)) break;
-    if (!improves_ball(a, p, worst, limit, 1)) continue;
+    if (!improves_ball(a, p, worst, limit, 1) || !keeps_lengths(a, p, rules)) continue;
     move(a, p);
     ++stats_[kSmooth].accepted;
     return true;
@@ -173,7 +200,7 @@ bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
   if (old.pieces.template is_corner<D>()) return false;
   ++stats.tried;
   cavity_.set_ball(a);
-  const NewtonStep newton = newton_step(a, power);
+  const NewtonStep newton = newton_step(a, power, rules.metric_step);
   if (rules.align && power == 1 && align(a, rules, newton)) return true;
   const double limit = (1.0 - rules.least_move) * newton.energy;
   if (!(newton.gain > rules.least_move * newton.energy)) return false;
@@ -188,7 +215,7 @@ bool Operators<D>::smooth(Index a, const Rules& rules, int power) {
     // price of a new one.
     if (k > 0 && !improves_ball(a, p, worst, limit, power)) continue;
     evaluate(p);
-    if (!improves_ball(a, p, worst, limit, power)) continue;
+    if (!improves_ball(a, p, worst, limit, power) || !keeps_lengths(a, p, rules)) continue;
     move(a, p);
     ++stats.accepted;
     return true;

@@ -14,7 +14,7 @@ namespace lamina::adapt_detail {
 
 // By how much lengths around a are out of range once it is replaced by p, in logarithms; cavity_ is its ball.
 template <int D>
-double Operators<D>::length_excess(Index a, const Vertex& p) {
+double Operators<D>::length_excess(Index a, const Vertex& p) const {
   double sum = 0.0;
   for (const Index w : neighbors_) {
     if (w == a) continue;
@@ -24,11 +24,19 @@ double Operators<D>::length_excess(Index a, const Vertex& p) {
   return sum;
 }
 
+// Whether moving a to p is allowed as far as lengths go; cavity_ is the ball of a.
+template <int D>
+bool Operators<D>::keeps_lengths(Index a, const Vertex& p, const Rules& rules) {
+  if (!rules.keep_lengths) return true;
+  list_vertices(neighbors_);
+  return length_excess(a, p) <= length_excess(a, mesh_.vertices[a]);
+}
+
 template <int D>
 bool Operators<D>::stretch(Index a, Index other, double wanted, const Rules& rules) {
   constexpr double kFloor = 0.5;
-  constexpr double kPrice = 1.1;    // of a move, in energy of the ball
-  constexpr double kBetter = 0.98;  // of the excess
+  constexpr double kPrice = D == 2 ? 1.3 : 1.1;  // of a move, in energy of the ball; settling gives it back
+  constexpr double kBetter = 0.98;               // of the excess
   const Vertex old = mesh_.vertices[a];
   if (old.frozen || old.pieces.template is_corner<D>()) return false;
   ++stats_[kStretch].tried;
