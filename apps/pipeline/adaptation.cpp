@@ -191,16 +191,18 @@ void bound_growth(const Adaptation& a, AdaptOptions& options, WantedMetric<D>& w
 }
 
 /// The complexity of a formula, or of metrics on several meshes, was estimated before there was a mesh to
-/// measure it on; now there is one, and the scale is corrected until it is within a percent. Such steps are
-/// small, so none of them needs the way from coarse to fine.
+/// measure it on; now there is one, and the scale is corrected until it is within a percent. That of one
+/// metric on MESH is exact there, but a coarse MESH has sizes between its points that a fine one sees: it is
+/// corrected where it is off by more than 5 %. Such steps are small, so none of them needs the way from
+/// coarse to fine.
 template <int D>
 void correct_complexity(const Adaptation& a, AdaptOptions& options, WantedMetric<D>& wanted, Mesh<D>& mesh,
                         std::vector<Metric<D>>& metric, Progress& progress) {
-  constexpr double kClose = 1e-2;
+  const double close = wanted.complexity_is_estimate() ? 1e-2 : 5e-2;
   constexpr int kMostRounds = 4;
   for (int i = 0; i < kMostRounds; ++i) {
     const double ratio = score<D>(mesh, metric).complexity / a.complexity;
-    if (std::abs(ratio - 1.0) <= kClose) return;
+    if (std::abs(ratio - 1.0) <= close) return;
     wanted.rescale(std::pow(ratio, 1.0 / D));
     options.start_size = options.end_size = wanted.smallest();
     if (wanted.has_formula() && a.gradation > 0.0)
@@ -297,8 +299,7 @@ void adapt_mesh(const Adaptation& a, Mesh<D>& mesh, OutputSet& outputs, StageRec
   report.adapt = adapt<D>(mesh, *wanted.family(), metric, options, &stages);
   options.follow = std::move(report.adapt.shape);
   if (wanted.has_formula() && a.gradation > 0.0) bound_growth<D>(a, options, wanted, mesh, metric, stages);
-  if (a.complexity > 0.0 && wanted.complexity_is_estimate())
-    correct_complexity<D>(a, options, wanted, mesh, metric, stages);
+  if (a.complexity > 0.0) correct_complexity<D>(a, options, wanted, mesh, metric, stages);
   report.scale = wanted.scale();
   stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
 

@@ -98,6 +98,15 @@ class Posteriori(Case):
         points, triangles = square(int(np.sqrt(cells[2400] / 2)))
         self.assertGreater(interpolation_error(points, triangles, front), 20 * errors[2400])
 
+    def test_complexity_is_met_from_a_coarse_mesh(self):
+        """Between points far apart a finer mesh sees other sizes than the points have."""
+        for n in (4, 6, 10):
+            points = self.start(n)
+            write_sol(self.dir / "a.sol", 2, front(points))
+            self.adapt(self.dir / "a.mesh", "--lp-hessian", "sol_1", 2, "--complexity", 500, "-o", self.dir / "b.vtu",
+                       "--report", self.dir / "b.json")
+            self.assertAlmostEqual(read_json(self.dir / "b.json")["score"]["complexity"], 500, delta=50)
+
     def test_same_bits_for_every_thread_count(self):
         points = self.start(20)
         write_sol(self.dir / "a.sol", 2, front(points))
