@@ -332,12 +332,14 @@ void require_apart(const std::vector<Path>& paths, const std::string& name) {
   std::stable_sort(chords.begin(), chords.end(),
                    [](const Chord& s, const Chord& t) { return s.left < t.left; });
   const auto reject = [&](const Chord& s, const Chord& t, const char* what) {
-    throw Error(ErrorCode::kSurfaceInvalid,
-                fmt::format("{}: curve {} {} near ({:g}, {:g}): walls must not touch; move the curves apart, "
-                            "or join them into one",
-                            name, s.path + 1,
-                            s.path == t.path ? std::string(what) : fmt::format("meets curve {}", t.path + 1),
-                            0.5 * (t.a[0] + t.b[0]), 0.5 * (t.a[1] + t.b[1])));
+    throw Error(
+        ErrorCode::kSurfaceInvalid,
+        fmt::format(
+            "{}: curve {} {} near ({:g}, {:g}): walls must not touch; move the curves apart, "
+            "or join them into one; a part of a .vdb's section thinner than its voxels needs finer ones",
+            name, s.path + 1,
+            s.path == t.path ? std::string(what) : fmt::format("meets curve {}", t.path + 1),
+            0.5 * (t.a[0] + t.b[0]), 0.5 * (t.a[1] + t.b[1])));
   };
   constexpr double kBack = 1e-7;  // radians
   std::vector<const Chord*> open;
