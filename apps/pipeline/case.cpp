@@ -41,6 +41,7 @@ std::string wanted(const CaseOption& o) {
 }
 
 void check_range(const CaseOption& o, double value, const std::string& where) {
+  if (o.off == value) return;
   const bool low = o.lo_open ? !(value > o.lo) : !(value >= o.lo);
   const bool high = o.hi_open ? !(value < o.hi) : !(value <= o.hi);
   if (low || high || !std::isfinite(value))
@@ -303,7 +304,9 @@ std::string CaseOption::name() const {
 std::string CaseOption::range_text() const {
   if (type == OptionType::kChoice) return join(choices, " | ");
   const bool low = std::isfinite(lo), high = std::isfinite(hi) && hi < 1e300;
-  if (low && high) return fmt::format("in {}{:g}, {:g}{}", lo_open ? '(' : '[', lo, hi, hi_open ? ')' : ']');
+  if (low && high)
+    return fmt::format("{}in {}{:g}, {:g}{}", off ? fmt::format("{:g} or ", *off) : "", lo_open ? '(' : '[',
+                       lo, hi, hi_open ? ')' : ']');
   if (low) return fmt::format("{} {:g}", lo_open ? ">" : ">=", lo);
   if (high) return fmt::format("{} {:g}", hi_open ? "<" : "<=", hi);
   return type == OptionType::kReal || type == OptionType::kReals ? "finite" : "";

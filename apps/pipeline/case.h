@@ -104,6 +104,7 @@ struct CaseOption {
   std::string help;
   double lo = -std::numeric_limits<double>::infinity(), hi = std::numeric_limits<double>::infinity();
   bool lo_open = false, hi_open = false;
+  std::optional<double> off = {};  ///< allowed beside the range: turns the option off
   std::vector<std::string> choices = {};
   std::vector<std::string> replaces = {};  ///< keys of the same table that this one contradicts
   std::function<void(Case&, const OptionValue&)> set = {};

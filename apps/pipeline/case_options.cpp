@@ -379,10 +379,11 @@ void add_sizes(Options& o) {
                                "walls meet"),
                           1, 4, true),
                    [](Case& c) -> double& { return c.edge_growth; }));
-  o.push_back(bind(within(real("sizes", "gradation", "--gradation", "", "",
-                               "largest ratio of sizes per element beyond the layers, above 1; 0: no bound"),
-                          0, 4),
-                   [](Case& c) -> double& { return c.gradation; }));
+  CaseOption gradation = within(real("sizes", "gradation", "--gradation", "", "",
+                                     "largest ratio of sizes per element beyond the layers; 0: no bound"),
+                                1, 4, true);
+  gradation.off = 0.0;
+  o.push_back(bind(gradation, [](Case& c) -> double& { return c.gradation; }));
   o.push_back(bind(within(real("sizes", "growth_inside", "--growth-inside", "", "",
                                "growth per layer inside the body, below the mirrored layers"),
                           1, 4, true),

@@ -195,6 +195,9 @@ TEST(Case, WrongTypesAreNamed) {
 TEST(Case, RangesAreChecked) {
   EXPECT_EQ(parse_error("[flow]\nhmin = -1e-3\n"),
             "c.toml:2: flow.hmin = -0.001 is out of range: must be > 0");
+  EXPECT_EQ(parse_error("[sizes]\ngradation = 9\n"),
+            "c.toml:2: sizes.gradation = 9 is out of range: must be 0 or in (1, 4]");
+  EXPECT_NE(parse_error("[sizes]\ngradation = 1\n").find("0 or in (1, 4]"), std::string::npos);
   EXPECT_EQ(parse_error("[flow]\nhmin = 0\n"), "c.toml:2: flow.hmin = 0 is out of range: must be > 0");
   EXPECT_EQ(parse_error("[flow]\ngrowth = 1\n"),
             "c.toml:2: flow.growth = 1 is out of range: must be in (1, 2]");

@@ -99,7 +99,7 @@ int Bends::beside(const WallPoint& wall, double reach, std::span<WallBend> out) 
     const double distance = std::sqrt(hit.d2);
     if (distance <= wall.bend_distance && bend.k1 == wall.bend_k1 && bend.direction == wall.bend_direction)
       return;
-    keep_nearest({distance, bend.direction, bend.k1, bend.k2}, out, count);
+    keep_nearest({distance, bend.direction, bend.k1, bend.k2}, out, count, reach);
   });
   return static_cast<int>(count);
 }

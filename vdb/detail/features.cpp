@@ -126,7 +126,7 @@ int Features::beside(const Surface& s, const WallPoint& wall, double reach, std:
     edge.distance =
         wall.edge_distance + std::max(0.0, distance - wall.edge_distance) / std::min(1.0, widening);
     edge.angle = e.angle;
-    if (edge.distance <= reach) keep_nearest(edge, out, count);
+    keep_nearest(edge, out, count, reach);
   });
   return static_cast<int>(count);
 }

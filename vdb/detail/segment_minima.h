@@ -15,17 +15,16 @@
 
 namespace lamina::detail {
 
-/// Puts `item` into the `count` ones of `out`, the nearest first; the farthest is lost where there is no
-/// room.
+/// Puts `item` into the `count` ones of `out`, the nearest first, where it is no farther than `reach`. Where
+/// there is no more room the farthest is lost, and nothing beyond the last need be looked for.
 template <class Item>
-void keep_nearest(const Item& item, std::span<Item> out, std::size_t& count) {
-  if (count < out.size())
-    ++count;
-  else if (out.empty() || out.back().distance <= item.distance)
-    return;
+void keep_nearest(const Item& item, std::span<Item> out, std::size_t& count, double& reach) {
+  if (item.distance > reach || out.empty()) return;
+  if (count < out.size()) ++count;
   std::size_t at = count - 1;
   for (; at > 0 && out[at - 1].distance > item.distance; --at) out[at] = out[at - 1];
   out[at] = item;
+  if (count == out.size()) reach = out.back().distance;
 }
 
 class SegmentMinima {
@@ -34,9 +33,9 @@ class SegmentMinima {
   SegmentMinima(std::span<const Vec3> points, std::span<const std::array<Index, 2>> ends);
   SegmentMinima() = default;
 
-  /// Calls visit(hit) for all minima no farther than `reach`, in no particular order, each once.
+  /// Calls visit(hit) for all minima no farther than `reach`, each once. It may lower `reach` on the way.
   template <class Visit>
-  void visit(const Vec3& x, double reach, Visit&& visit) const;
+  void visit(const Vec3& x, const double& reach, Visit&& visit) const;
 
  private:
   /// Directions of the segments of a subtree, up to sign.
@@ -73,9 +72,8 @@ class SegmentMinima {
 };
 
 template <class Visit>
-void SegmentMinima::visit(const Vec3& x, double reach, Visit&& visit) const {
+void SegmentMinima::visit(const Vec3& x, const double& reach, Visit&& visit) const {
   if (ids_.empty()) return;
-  const double reach2 = reach * reach;
   std::array<std::int32_t, kTreeStack> stack;
   std::size_t depth = 0;
   stack[depth++] = root_;
@@ -84,7 +82,7 @@ void SegmentMinima::visit(const Vec3& x, double reach, Visit&& visit) const {
     if (code < 0) {
       SegmentHit hit;
       for (int i = leaf_begin(code), n = leaf_count(code); n > 0; ++i, --n)
-        if (minimum(ids_[static_cast<std::size_t>(i)], x, hit) && hit.d2 <= reach2) visit(hit);
+        if (minimum(ids_[static_cast<std::size_t>(i)], x, hit) && hit.d2 <= reach * reach) visit(hit);
       continue;
     }
     // A segment at right angles to the way to x lies in the plane across the axis, or by the sine off it.
@@ -99,8 +97,9 @@ void SegmentMinima::visit(const Vec3& x, double reach, Visit&& visit) const {
       slack += node.half[a] * node.axis[a].abs();
     }
     const Two beyond = (along.abs() - slack).max(0.0);
-    const Two margin = (reach2 - near2).min(node.sine2 * far2 - beyond * beyond);
-    for (std::size_t c = 0; c < 2; ++c)
+    const Two margin = (reach * reach - near2).min(node.sine2 * far2 - beyond * beyond);
+    const std::size_t first = near2[1] < near2[0] ? 1 : 0;
+    for (const std::size_t c : {1 - first, first})
       if (margin[static_cast<Eigen::Index>(c)] >= 0.0) stack[depth++] = node.child[c];
   }
 }
