@@ -1,6 +1,7 @@
 // Where the level set and the mesh meet: what is known of the wall near a point, and the metric at a point.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -44,6 +45,9 @@ struct WallPoint {
   /// where its normal turns by half a radian per facet (or voxel) or where curvature differs by 10 % from one
   /// vertex to the next, 0 on the rays of sharp edges and corners.
   double reliability = 1.0;
+  /// Where `closest` lies in the wall's own terms: barycentric coordinates on a facet, or kNone.
+  Index facet = kNone;
+  std::array<double, 3> bary{};
 };
 
 /// A sharp edge beside a point of the wall.
@@ -88,6 +92,12 @@ class WallField {
   /// The same for bends.
   virtual int bends_beside(const WallPoint& /*wall*/, double /*reach*/, std::span<WallBend> /*out*/) const {
     return 0;
+  }
+  /// Magnitudes that stand for k1 and k2 of `wall` where sizes must not grow too fast, 1/length: sqrt(1 / k)
+  /// grows along a smooth wall by at most the distance over `root`, in sqrt(length).
+  [[nodiscard]] virtual std::array<double, 2> graded_curvatures(const WallPoint& wall,
+                                                                double /*root*/) const {
+    return {std::abs(wall.k1), std::abs(wall.k2)};
   }
   /// Bounds of the wall.
   [[nodiscard]] virtual Box<3> bounds() const = 0;

@@ -176,18 +176,25 @@ double WallMetric::corner_size(double hn, double phi) const {
 // distance to it: at a sharp edge (R = 0) this bounds the number of elements of the fan at every height.
 // Inside, where sizes grow fast behind a chord, it strays by h / 2 only: where it strays by h, no lattice of
 // unit edges has cells better than .81 to .86 [apps/README.md].
-double WallMetric::tangential_size(double curvature, double hn, double phi, double largest) const {
+// `graded` stands for the curvature of the wall where that falls too fast.
+double WallMetric::tangential_size(double curvature, double graded, double hn, double phi,
+                                   double largest) const {
   double h = largest;
   if (std::isinf(curvature)) {
     h = corner_size(hn, phi);
-  } else if (curvature != 0.0) {
-    const double radius = 1.0 / std::abs(curvature) + (curvature * phi > 0.0 ? std::abs(phi) : 0.0);
-    constexpr double kStrayInside = 0.5;  // reached at the depth of the first level
-    const double first = std::clamp(-phi / layer_.h_min, 0.0, 1.0);
-    const double stray = hn * (1.0 - first * (1.0 - kStrayInside));
-    h = chord_length(1.0 / radius, sizes_.chord == Chord::kWall ? layer_.h_min : stray);
+  } else if (graded != 0.0) {
+    const double radius = 1.0 / graded, bulge = std::clamp(curvature * radius, -1.0, 1.0);
+    h = chord_length(1.0 / (radius + std::max(0.0, bulge * phi)), chord_stray(hn, phi));
   }
   return std::clamp(h, hn, std::max(hn, largest));
+}
+
+// How far a chord may stray from a curved wall.
+double WallMetric::chord_stray(double hn, double phi) const {
+  if (sizes_.chord == Chord::kWall) return layer_.h_min;
+  constexpr double kStrayInside = 0.5;  // reached at the depth of the first level
+  const double first = std::clamp(-phi / layer_.h_min, 0.0, 1.0);
+  return hn * (1.0 - first * (1.0 - kStrayInside));
 }
 
 WallMetric::Bounds WallMetric::bounds_at(const Vec3& x) const {
@@ -202,10 +209,12 @@ WallMetric::Bounds WallMetric::bounds_at(const Vec3& x) const {
 
 WallMetric::Sizes WallMetric::wall_sizes(const Vec3& x, const WallPoint& wall, const Bounds& bounds) const {
   const double hn = normal_size(x, wall.phi, bounds.far);
-  const auto size = [&](double curvature) {
-    return std::min(bounds.painted, tangential_size(curvature, hn, wall.phi, bounds.far));
+  const auto size = [&](double curvature, double graded) {
+    return std::min(bounds.painted, tangential_size(curvature, graded, hn, wall.phi, bounds.far));
   };
-  return {std::min(bounds.painted, hn), size(wall.k1), size(wall.k2)};
+  const auto [k1, k2] =
+      wall_->graded_curvatures(wall, std::sqrt(2.0 * chord_stray(hn, wall.phi)) / edge_rate_);
+  return {std::min(bounds.painted, hn), size(wall.k1, k1), size(wall.k2, k2)};
 }
 
 // The metric of a bend, grown by the distance from it.
@@ -214,7 +223,8 @@ std::optional<WallMetric::Bounded> WallMetric::bend_metric(const WallPoint& wall
   if (!std::isfinite(bend.distance)) return {};
   const double grown = edge_rate_ * bend.distance, widest = std::max(sizes.ht1, sizes.ht2);
   const auto size = [&](double curvature) {
-    return std::max(floor, tangential_size(curvature, sizes.hn, wall.phi, widest) + grown);
+    return std::max(floor,
+                    tangential_size(curvature, std::abs(curvature), sizes.hn, wall.phi, widest) + grown);
   };
   const double h1 = size(bend.k1);
   if (h1 >= std::max(widest, floor)) return {};
@@ -236,10 +246,9 @@ std::optional<WallMetric::Bounded> WallMetric::edge_metric(const WallPoint& wall
   // Inside nobody needs the cells small: with the depth the fan widens as fast as layers may grow, and sizes
   // along the edge grow ever faster. (Across it, or away from bends, haste lets sizes jump: growth by 3.3.)
   const double depth = std::max(0.0, -wall.phi);
-  const double fan =
-      std::max({sizes.hn * 0.5 * std::numbers::pi / angle,
-                tangential_size(std::numeric_limits<double>::infinity(), sizes.hn, wall.phi, widest),
-                sizes.hn + inside_rate_ * depth});
+  const double fan = std::max({sizes.hn * 0.5 * std::numbers::pi / angle,
+                               std::min(corner_size(sizes.hn, wall.phi), std::max(sizes.hn, widest)),
+                               sizes.hn + inside_rate_ * depth});
   const double hn = std::max(sizes.hn, floor);
   const double across = std::max(fan + edge_rate_ * edge.distance, hn);
   if (across >= std::max(sizes.ht1, floor) && across >= std::max(sizes.ht2, floor)) return {};

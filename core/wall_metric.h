@@ -109,7 +109,9 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] double hasty(double depth) const;
   [[nodiscard]] double far_size(const Vec3& x) const;
   [[nodiscard]] double corner_size(double hn, double phi) const;
-  [[nodiscard]] double tangential_size(double curvature, double hn, double phi, double largest) const;
+  [[nodiscard]] double tangential_size(double curvature, double graded, double hn, double phi,
+                                       double largest) const;
+  [[nodiscard]] double chord_stray(double hn, double phi) const;
   [[nodiscard]] Sizes wall_sizes(const Vec3& x, const WallPoint& wall, const Bounds& bounds) const;
   struct Walls {
     std::array<WallPoint, 7> points;  // the nearest first

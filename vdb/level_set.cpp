@@ -147,6 +147,9 @@ int LevelSet::edges_beside(const WallPoint& wall, double reach, std::span<WallEd
 int LevelSet::bends_beside(const WallPoint& wall, double reach, std::span<WallBend> out) const {
   return impl_->wall->bends_beside(wall, reach, out);
 }
+std::array<double, 2> LevelSet::graded_curvatures(const WallPoint& wall, double root) const {
+  return impl_->wall->graded_curvatures(wall, root);
+}
 Box<3> LevelSet::bounds() const { return impl_->wall->bounds(); }
 const LevelSetReport& LevelSet::report() const { return impl_->report; }
 
@@ -184,7 +187,7 @@ LevelSet LevelSet::from_surface(Surface surface, const LevelSetOptions& options,
         report.voxel, detail::stored_scale(report.voxel), detail::kScaleMetadata));
   if (progress != nullptr) progress->check_cancelled();
   detail::refine_by_stencils(*wall, impl->grid, options.half_width_vox, progress);
-  wall->find_bends();
+  wall->find_falls();
   impl->wall = std::move(wall);
   return LevelSet(std::move(impl));
 }

@@ -79,6 +79,7 @@ class LevelSet : public WallField {
   [[nodiscard]] double distance(const Vec3& x, double eps) const override;
   int others(const Vec3& x, const WallPoint& nearest, double reach, std::span<WallPoint> out) const override;
   int edges_beside(const WallPoint& wall, double reach, std::span<WallEdge> out) const override;
+  [[nodiscard]] std::array<double, 2> graded_curvatures(const WallPoint& wall, double root) const override;
   int bends_beside(const WallPoint& wall, double reach, std::span<WallBend> out) const override;
   [[nodiscard]] Box<3> bounds() const override;
   [[nodiscard]] const LevelSetReport& report() const;

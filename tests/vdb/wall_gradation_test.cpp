@@ -163,6 +163,25 @@ TEST(WallGradation, PartsPlatesAndTrailingEdgesDoNotJump) {
         2.2, 3.0);
 }
 
+// Curvatures that pass through zero: without a bound on their fall sizes grow by 87 on the ball, by 6 on the
+// torus.
+TEST(WallGradation, SizesFollowCurvaturesThroughZero) {
+  constexpr int kSegments = 10000;
+  const Growth torus = measure(Field(make_shape("torus", {}), 1e-4), kSegments);
+  EXPECT_LT(torus.p99, 2.25);
+  EXPECT_LT(torus.worst, 3.6);
+  EXPECT_LT(torus.any_p99, 3.2);
+  EXPECT_LT(torus.any_worst, 8.0);
+  Surface ball = sphere(0.5, 80);
+  for (Vec3& p : ball.points)
+    p *= 1.0 + 0.1 * std::sin(10 * p[0]) * std::sin(10 * p[1] + 1) * std::sin(10 * p[2] + 2);
+  const Growth waves = measure(Field(ball, 1e-4), kSegments);
+  EXPECT_LT(waves.p99, 2.65);
+  EXPECT_LT(waves.worst, 3.6);
+  EXPECT_LT(waves.any_p99, 3.35);
+  EXPECT_LT(waves.any_worst, 5.3);
+}
+
 TEST(WallGradation, ATurningChannelMeetsTheSizesOfBothItsWalls) {
   const double delta = Field::layer(1e-4).top();
   for (const double gap : {3.0 * delta, delta, 0.2 * delta}) {

@@ -148,6 +148,8 @@ WallPoint FacetWall::describe(const TriangleHit& hit, double sign) const {
     wall.k1 = side * f.k1;
     wall.k2 = side * f.k2;
     wall.reliability = f.reliability;
+    wall.facet = hit.triangle;
+    wall.bary = hit.bary;
   }
   features_.describe(surface_, hit.triangle, wall);
   bends_.describe(surface_, hit.triangle, wall);
@@ -158,6 +160,11 @@ WallPoint FacetWall::describe(const TriangleHit& hit, double sign) const {
     wall.edge_distance = 0.0;
   }
   return wall;
+}
+
+std::array<double, 2> FacetWall::graded_curvatures(const WallPoint& wall, double root) const {
+  if (wall.facet == kNone || graded_.empty()) return WallField::graded_curvatures(wall, root);
+  return graded_.at(curvature_.corner_shapes[static_cast<std::size_t>(wall.facet)], wall.bary, root);
 }
 
 }  // namespace lamina::detail

@@ -8,6 +8,7 @@
 #include "vdb/detail/cone_tree.h"
 #include "vdb/detail/curvature.h"
 #include "vdb/detail/features.h"
+#include "vdb/detail/graded_curvature.h"
 #include "vdb/detail/sign.h"
 #include "vdb/detail/topology.h"
 
@@ -32,6 +33,7 @@ class FacetWall : public WallField {
   int bends_beside(const WallPoint& wall, double reach, std::span<WallBend> out) const override {
     return bends_.beside(wall, reach, out);
   }
+  [[nodiscard]] std::array<double, 2> graded_curvatures(const WallPoint& wall, double root) const override;
   [[nodiscard]] Box<3> bounds() const override { return bounds_; }
 
   /// phi(x), found faster when its absolute value is known to be below `limit`.
@@ -48,8 +50,11 @@ class FacetWall : public WallField {
   [[nodiscard]] const Curvature& curvature() const { return curvature_; }
   /// Lets better estimates replace the curvature of the triangles.
   [[nodiscard]] Curvature& curvature() { return curvature_; }
-  /// Finds the bends of the present curvature. Before the first call there are none.
-  void find_bends() { bends_ = Bends(surface_, topology_, curvature_); }
+  /// Finds where the present curvature falls faster than sizes can follow. Before the first call nowhere.
+  void find_falls() {
+    bends_ = Bends(surface_, topology_, curvature_);
+    graded_ = GradedCurvature(surface_, curvature_);
+  }
 
  private:
   struct Candidate {
@@ -78,6 +83,7 @@ class FacetWall : public WallField {
   Features features_;
   Curvature curvature_;
   Bends bends_;
+  GradedCurvature graded_;
   ConeTree cones_;  ///< the facets, in the leaf order of bvh_
 };
 
