@@ -207,7 +207,7 @@ WallMetric::Bounds WallMetric::bounds_at(const Vec3& x) const {
   return {far, painted};
 }
 
-WallMetric::Sizes WallMetric::wall_sizes(const Vec3& x, const WallPoint& wall, const Bounds& bounds) const {
+WallSizes WallMetric::wall_sizes(const Vec3& x, const WallPoint& wall, const Bounds& bounds) const {
   const double hn = normal_size(x, wall.phi, bounds.far);
   const auto size = [&](double curvature, double graded) {
     return std::min(bounds.painted, tangential_size(curvature, graded, hn, wall.phi, bounds.far));
@@ -219,7 +219,7 @@ WallMetric::Sizes WallMetric::wall_sizes(const Vec3& x, const WallPoint& wall, c
 
 // The metric of a bend, grown by the distance from it.
 std::optional<WallMetric::Bounded> WallMetric::bend_metric(const WallPoint& wall, const WallBend& bend,
-                                                           const Sizes& sizes, double floor) const {
+                                                           const WallSizes& sizes, double floor) const {
   if (!std::isfinite(bend.distance)) return {};
   const double grown = edge_rate_ * bend.distance, widest = std::max(sizes.ht1, sizes.ht2);
   const auto size = [&](double curvature) {
@@ -239,7 +239,7 @@ std::optional<WallMetric::Bounded> WallMetric::bend_metric(const WallPoint& wall
 // Beside a sharp edge: across it the size starts at that of the fan around it; along it the size grows away
 // from the corners and resolves the curve of the edge, with which the frame turns.
 std::optional<WallMetric::Bounded> WallMetric::edge_metric(const WallPoint& wall, const WallEdge& edge,
-                                                           const Sizes& sizes, double floor) const {
+                                                           const WallSizes& sizes, double floor) const {
   if (!std::isfinite(edge.distance)) return {};
   const double angle = std::clamp(edge.angle, 0.1, 0.5 * std::numbers::pi);
   const double widest = std::max({sizes.ht1, sizes.ht2, floor});
@@ -263,13 +263,16 @@ std::optional<WallMetric::Bounded> WallMetric::edge_metric(const WallPoint& wall
                  std::min(across, length), std::max(across, length)};
 }
 
-WallMetric::Bounded WallMetric::wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const {
+// Of edges and bends only what asks for less than `widest`.
+WallMetric::Bounded WallMetric::wall_metric(const WallPoint& wall, const WallSizes& sizes, double floor,
+                                            double widest) const {
   Vec3 h = Vec3(sizes.hn, sizes.ht1, sizes.ht2).cwiseMax(floor);
   const bool face = wall.feature == WallFeature::kFace;
   if (wall.feature == WallFeature::kEdge)
     h[2] =
         std::min({h[2], h[1] + edge_rate_ * wall.corner_distance, chord_length(wall.edge_curvature, h[1])});
-  Bounded out{framed(wall.N, wall.T1, wall.T2, h), std::min(h[1], h[2]), h.maxCoeff()};
+  Bounded out{framed(wall.N, wall.T1, wall.T2, h), std::min(h[1], h[2]),
+              std::min(widest, h.maxCoeff())};
   bool plain = true;
   const auto add = [&](const std::optional<Bounded>& other) {
     if (!other || other->least >= out.widest) return;
@@ -308,29 +311,34 @@ double WallMetric::reach(const Vec3& x, double size) const {
 Metric<3> WallMetric::metric(const Vec3& x, const WallPoint& body, const WallPoint& main,
                              std::span<const WallPoint> beside, double floor) const {
   const Bounds bounds = bounds_at(x);
-  const Sizes sizes = wall_sizes(x, main, bounds);
-  const Bounded own = wall_metric(main, sizes, floor);
+  const WallSizes sizes = wall_sizes(x, main, bounds);
+  const Bounded own = wall_metric(main, sizes, floor, std::numeric_limits<double>::infinity());
   Metric<3> m = own.metric;
   // Isotropic to within this ratio: no wall in another direction can matter.
   constexpr double kNearlyIsotropic = 1.5;
   const double isotropic = kNearlyIsotropic * std::max(sizes.hn, floor);
   if (std::max({sizes.ht1, sizes.ht2, floor}) <= isotropic) return m;
-  const double widest = own.widest;  // what edges and bends have left of the tangential sizes
-  if (widest <= isotropic) return m;
-  const double limit = std::min(reach(x, widest), std::abs(main.phi) + (widest - sizes.hn) / edge_rate_);
+  double widest = own.widest;  // what edges, bends and other walls have left of the tangential sizes
+  const auto limit = [&] {
+    return std::min(reach(x, widest), std::abs(main.phi) + (widest - sizes.hn) / edge_rate_);
+  };
   const auto add = [&](const WallPoint& other) {
-    Sizes s = wall_sizes(x, other, bounds);
+    WallSizes s = wall_sizes(x, other, bounds);
     s.hn = std::max(s.hn, sizes.hn + edge_rate_ * (std::abs(other.phi) - std::abs(main.phi)));
     s.ht1 = std::max(s.ht1, s.hn);
     s.ht2 = std::max(s.ht2, s.hn);
-    m = intersect(m, wall_metric(other, s, floor).metric);
+    const Bounded bounded = wall_metric(other, s, floor, widest);
+    m = intersect(m, bounded.metric);
+    widest = std::min(widest, bounded.widest);
   };
   for (const WallPoint& wall : beside)
-    if (std::abs(wall.phi) <= limit) add(wall);
+    if (widest > isotropic && std::abs(wall.phi) <= limit()) add(wall);
+  if (widest <= isotropic) return m;
   constexpr int kMaxWalls = 4;
   std::array<WallPoint, kMaxWalls> others;
-  const int count = wall_->others(x, body, limit, others);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) add(others[i]);
+  const int count = wall_->others(x, body, limit(), others);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+    if (std::abs(others[i].phi) <= limit()) add(others[i]);
   return m;
 }
 
@@ -419,10 +427,7 @@ std::optional<Level<3>> WallMetric::level(const Vec3& x, double floor) const {
 WallSample WallMetric::sample(const Vec3& x, const WallPoint& wall) const {
   WallSample s;
   s.wall = wall;
-  const Sizes sizes = wall_sizes(x, s.wall, bounds_at(x));
-  s.hn = sizes.hn;
-  s.ht1 = sizes.ht1;
-  s.ht2 = sizes.ht2;
+  static_cast<WallSizes&>(s) = sizes_at(x, wall);
   s.region = region(x, s.wall.phi);
   s.metric = metric(x, s.wall, 0.0);
   return s;

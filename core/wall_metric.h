@@ -59,10 +59,14 @@ struct SizeOptions {
   double gradation = 1.5;  ///< bound on the ratio of sizes per element beyond the layers, in (1, 4]; 0 = off
 };
 
+/// Sizes along N, T1, T2 of a wall point, before walls are intersected.
+struct WallSizes {
+  double hn = 0.0, ht1 = 0.0, ht2 = 0.0;
+};
+
 /// The whole metric at a point with its ingredients, for files, pictures and reports.
-struct WallSample {
+struct WallSample : WallSizes {
   WallPoint wall;
-  double hn = 0.0, ht1 = 0.0, ht2 = 0.0;  ///< sizes along N, T1, T2 before walls are intersected
   Region region = Region::kBox1;
   Metric<3> metric;
 };
@@ -85,6 +89,10 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] WallSample sample(const Vec3& x) const { return sample(x, wall_->at(x)); }
   /// The same where the wall point of x is known.
   [[nodiscard]] WallSample sample(const Vec3& x, const WallPoint& wall) const;
+  /// Its sizes alone, for much less.
+  [[nodiscard]] WallSizes sizes_at(const Vec3& x, const WallPoint& wall) const {
+    return wall_sizes(x, wall, bounds_at(x));
+  }
   [[nodiscard]] Region region(const Vec3& x, double phi) const;
   /// Normal size at signed distance phi, x being used for the distances to the boxes only.
   [[nodiscard]] double normal_size(const Vec3& x, double phi) const;
@@ -94,9 +102,6 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] const WallField& wall() const { return *wall_; }
 
  private:
-  struct Sizes {
-    double hn, ht1, ht2;
-  };
   /// What bounds the sizes at a place whatever the wall.
   struct Bounds {
     double far;      ///< far_size()
@@ -112,7 +117,7 @@ class WallMetric : public MetricField<3> {
   [[nodiscard]] double tangential_size(double curvature, double graded, double hn, double phi,
                                        double largest) const;
   [[nodiscard]] double chord_stray(double hn, double phi) const;
-  [[nodiscard]] Sizes wall_sizes(const Vec3& x, const WallPoint& wall, const Bounds& bounds) const;
+  [[nodiscard]] WallSizes wall_sizes(const Vec3& x, const WallPoint& wall, const Bounds& bounds) const;
   struct Walls {
     std::array<WallPoint, 7> points;  // the nearest first
     std::size_t count = 0;
@@ -125,10 +130,11 @@ class WallMetric : public MetricField<3> {
     double least, widest;  // no size along the wall is smaller, none at all larger
   };
   [[nodiscard]] std::optional<Bounded> bend_metric(const WallPoint& wall, const WallBend& bend,
-                                                   const Sizes& sizes, double floor) const;
+                                                   const WallSizes& sizes, double floor) const;
   [[nodiscard]] std::optional<Bounded> edge_metric(const WallPoint& wall, const WallEdge& edge,
-                                                   const Sizes& sizes, double floor) const;
-  [[nodiscard]] Bounded wall_metric(const WallPoint& wall, const Sizes& sizes, double floor) const;
+                                                   const WallSizes& sizes, double floor) const;
+  [[nodiscard]] Bounded wall_metric(const WallPoint& wall, const WallSizes& sizes, double floor,
+                                    double widest) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, double floor) const;
   [[nodiscard]] Metric<3> walls_metric(const Vec3& x, const WallPoint& body, double floor) const;
   [[nodiscard]] Metric<3> metric(const Vec3& x, const WallPoint& body, const WallPoint& main,

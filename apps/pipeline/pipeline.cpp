@@ -120,8 +120,10 @@ void add_point_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector
   for_each_index(
       n,
       [&](std::size_t i) {
-        const WallSample s = metric.sample(in_space<D>(mesh.points[i]));
-        for (int k = 0; k < D; ++k) normal.values[D * i + static_cast<std::size_t>(k)] = s.wall.N[k];
+        const Vec3 x = in_space<D>(mesh.points[i]);
+        const WallPoint wall = metric.wall().at(x);
+        const WallSizes s = metric.sizes_at(x, wall);
+        for (int k = 0; k < D; ++k) normal.values[D * i + static_cast<std::size_t>(k)] = wall.N[k];
         hn.values[i] = s.hn;
         ht1.values[i] = s.ht1;
         ht2.values[i] = s.ht2;
@@ -135,15 +137,25 @@ void add_point_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector
 }
 
 template <int D>
-void add_cell_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector<Metric<D>>& vertex_metric) {
+void add_cell_fields(Mesh<D>& mesh, const WallMetric& metric, const std::vector<Metric<D>>& vertex_metric,
+                     const std::vector<double>& wall_distances) {
   mesh.cell_tags.resize(mesh.cells.size());
   for_each_index(
       mesh.cells.size(),
       [&](std::size_t i) {
-        Vec<D> sum = Vec<D>::Zero();
-        for (const Index v : mesh.cells[i]) sum += mesh.points[static_cast<std::size_t>(v)];
-        const Vec3 center = in_space<D>(sum / (D + 1));
-        mesh.cell_tags[i] = static_cast<Index>(metric.region(center, metric.wall().phi(center)));
+        Vec<D> center = Vec<D>::Zero();
+        for (const Index v : mesh.cells[i]) center += mesh.points[static_cast<std::size_t>(v)] / (D + 1);
+        const Vec3 x = in_space<D>(center);
+        // The wall distance of a vertex is off by no more than its own distance, which often decides.
+        for (const Index v : mesh.cells[i]) {
+          const double phi = wall_distances[static_cast<std::size_t>(v)];
+          const double off = (mesh.points[static_cast<std::size_t>(v)] - center).norm();
+          const Region region = metric.region(x, phi - off);
+          if (region != metric.region(x, phi + off)) continue;
+          mesh.cell_tags[i] = static_cast<Index>(region);
+          return;
+        }
+        mesh.cell_tags[i] = static_cast<Index>(metric.region(x, metric.wall().phi(x)));
       },
       256);
   mesh.cell_fields = {quality_field<D>(mesh, vertex_metric)};
@@ -483,8 +495,8 @@ void make_mesh(const Run& run) {
   std::vector<double> phi = wall_distances<D>(mesh, wanted), offsets;
   report.wall = judge_wall<D>(mesh, phi, run.body, run.metric);
   report.levels = score_layers<D>(mesh, vertex_metric, wanted, phi, &offsets);
+  add_cell_fields<D>(mesh, run.metric, vertex_metric, phi);
   add_point_fields<D>(mesh, run.metric, vertex_metric, std::move(phi), std::move(offsets));
-  add_cell_fields<D>(mesh, run.metric, vertex_metric);
   stages.done(
       fmt::format("{} point and {} cell fields", mesh.point_fields.size(), mesh.cell_fields.size() + 1));
 

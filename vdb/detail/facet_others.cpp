@@ -177,12 +177,8 @@ bool FacetWall::is_local_minimum(const Vec3& x, const TriangleHit& hit) const {
 
 // The wall must face x, so that the space in front of it is of the kind x is in: its other side is not seen.
 bool FacetWall::faces(const TriangleHit& hit, double sign) const {
-  constexpr double kInFront = 1e-3;
-  TriangleHit front = hit;
-  front.offset *= kInFront;
-  front.d2 *= kInFront * kInFront;
-  return sign_.two_sided(hit.triangle) ||
-         sign_.sign(surface_, topology_, hit.point + front.offset, front) == sign;
+  const double front = sign_.side(surface_, topology_, hit);
+  return front == 0.0 || front == sign;
 }
 
 void FacetWall::collect(const Vec3& x, double sign, double reach, const Vec3& main,

@@ -304,27 +304,35 @@ double SignRule::winding_sign(const Vec3& x) const {
   return solid_.encloses(x) ? -1.0 : 1.0;
 }
 
-double SignRule::sign(const Surface& s, const Topology& topo, const Vec3& x, const TriangleHit& hit) const {
+SignRule::Closest SignRule::closest_feature(const Surface& s, const Topology& topo,
+                                            const TriangleHit& hit) const {
   const std::size_t t = static_cast<std::size_t>(hit.triangle);
-  Vec3 n = topo.normals[t];
-  std::uint8_t mode = mode_[t];
   if (hit.feature >= kCorner0) {
     const std::size_t v =
         static_cast<std::size_t>(s.triangles[t][static_cast<std::size_t>(hit.feature - kCorner0)]);
-    mode = vertex_mode_[v];
-    n = vertex_normal_[v];
-  } else if (hit.feature >= kEdge0) {
-    const std::size_t e =
-        static_cast<std::size_t>(topo.facet_edges[t][static_cast<std::size_t>(hit.feature - kEdge0)]);
-    if (edge_winding_[e]) mode = kWinding;
-    n = Vec3::Zero();
-    for (const Index h : topo.half_edges_of(topo.edges[e]))
-      n += topo.normals[static_cast<std::size_t>(h / 4)];
+    return {vertex_mode_[v], vertex_mode_[v] == kWinding, vertex_normal_[v]};
   }
-  if (mode == kSheet) return 1.0;
-  if (mode == kNearby && mode_[t] == kNearby && (x - centroid(s, t)).squaredNorm() < nearby_[t])
-    mode = kPseudonormal;
-  if (mode == kPseudonormal) return hit.offset.dot(n) < 0.0 ? -1.0 : 1.0;
+  if (hit.feature < kEdge0) return {mode_[t], false, topo.normals[t]};
+  const std::size_t e =
+      static_cast<std::size_t>(topo.facet_edges[t][static_cast<std::size_t>(hit.feature - kEdge0)]);
+  Vec3 n = Vec3::Zero();
+  for (const Index h : topo.half_edges_of(topo.edges[e])) n += topo.normals[static_cast<std::size_t>(h / 4)];
+  return {edge_winding_[e] ? std::uint8_t{kWinding} : mode_[t], !topo.edges[e].regular, n};
+}
+
+double SignRule::side(const Surface& s, const Topology& topo, const TriangleHit& hit) const {
+  const Closest c = closest_feature(s, topo, hit);
+  if (c.mode == kSheet || c.rim) return 0.0;
+  return hit.offset.dot(c.normal) < 0.0 ? -1.0 : 1.0;
+}
+
+double SignRule::sign(const Surface& s, const Topology& topo, const Vec3& x, const TriangleHit& hit) const {
+  const std::size_t t = static_cast<std::size_t>(hit.triangle);
+  Closest c = closest_feature(s, topo, hit);
+  if (c.mode == kSheet) return 1.0;
+  if (c.mode == kNearby && mode_[t] == kNearby && (x - centroid(s, t)).squaredNorm() < nearby_[t])
+    c.mode = kPseudonormal;
+  if (c.mode == kPseudonormal) return hit.offset.dot(c.normal) < 0.0 ? -1.0 : 1.0;
   return winding_sign(x);
 }
 

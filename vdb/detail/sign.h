@@ -20,6 +20,9 @@ class SignRule {
   /// -1 when x, whose closest point is `hit`, lies inside the body, else +1.
   [[nodiscard]] double sign(const Surface& surface, const Topology& topology, const Vec3& x,
                             const TriangleHit& hit) const;
+  /// The sign right in front of the closest point, as far as the wall is oriented there: where another shell
+  /// holds the point the other shell is not asked. 0 at sheets and rims.
+  [[nodiscard]] double side(const Surface& surface, const Topology& topology, const TriangleHit& hit) const;
   /// True for facets of a sheet: both sides of it are fluid.
   [[nodiscard]] bool two_sided(Index facet) const { return mode_[static_cast<std::size_t>(facet)] == kSheet; }
   [[nodiscard]] bool on_wall(Index facet) const {
@@ -34,6 +37,13 @@ class SignRule {
 
  private:
   enum Mode : std::uint8_t { kPseudonormal, kNearby, kWinding, kSheet, kSubmerged };
+  struct Closest {
+    std::uint8_t mode;
+    bool rim;
+    Vec3 normal;
+  };
+  [[nodiscard]] Closest closest_feature(const Surface& surface, const Topology& topology,
+                                        const TriangleHit& hit) const;
   void classify(const Surface& surface, const Topology& topology, const std::vector<std::uint8_t>& crossing,
                 bool sheets);
   std::vector<std::uint8_t> find_sheets(const Surface& surface, const Topology& topology,

@@ -166,6 +166,12 @@ Winding::Winding(std::span<const Vec3> points, std::span<const std::array<Index,
     all.push_back(c);
   }
   all.insert(all.end(), caps.begin(), caps.end());
+  Box<3> bounds;
+  for (const Corners& c : all)
+    for (const Vec3& x : c) bounds.extend(x);
+  if (!all.empty()) bounds.size().minCoeff(&first_);
+  for (Corners& c : all)
+    for (Vec3& x : c) x = turned(x);
   std::vector<BoxRef> refs;
   refs.reserve(all.size());
   for (std::size_t i = 0; i < all.size(); ++i)
@@ -199,7 +205,7 @@ int Winding::crossings(const Vec3& x) const {
 }
 
 bool Winding::encloses(const Vec3& x) const {
-  const int count = crossings(x);
+  const int count = crossings(turned(x));
   const double rough = std::abs(count - caps_.roughly_at(x)) - 0.5;
   if (std::abs(rough) > DipoleTree::kRoughError) return rough > 0.0;
   return std::abs(count - caps_.at(x)) > 0.5;

@@ -54,16 +54,21 @@ class Winding {
           std::span<const Index> subset);
   Winding() = default;
 
-  [[nodiscard]] double at(const Vec3& x) const { return crossings(x) - caps_.at(x); }
+  [[nodiscard]] double at(const Vec3& x) const { return crossings(turned(x)) - caps_.at(x); }
   /// Whether |at(x)| exceeds 1/2.
   [[nodiscard]] bool encloses(const Vec3& x) const;
 
  private:
-  /// Signed number of triangles and caps that the ray from x along +X leaves through; exact.
+  /// Signed number of triangles and caps that the ray from x along +X leaves through; exact. x is turned().
   [[nodiscard]] int crossings(const Vec3& x) const;
+  /// The coordinates in another order: the first is the one in which rays are shortest.
+  [[nodiscard]] Vec3 turned(const Vec3& x) const {
+    return {x[first_], x[(first_ + 1) % 3], x[(first_ + 2) % 3]};
+  }
 
+  int first_ = 0;
   BoxTree tree_;
-  std::vector<Corners> closed_;  ///< triangles and caps, in leaf order
+  std::vector<Corners> closed_;  ///< triangles and caps, turned(), in leaf order
   DipoleTree caps_;
 };
 
