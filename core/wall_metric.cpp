@@ -271,8 +271,7 @@ WallMetric::Bounded WallMetric::wall_metric(const WallPoint& wall, const WallSiz
   if (wall.feature == WallFeature::kEdge)
     h[2] =
         std::min({h[2], h[1] + edge_rate_ * wall.corner_distance, chord_length(wall.edge_curvature, h[1])});
-  Bounded out{framed(wall.N, wall.T1, wall.T2, h), std::min(h[1], h[2]),
-              std::min(widest, h.maxCoeff())};
+  Bounded out{framed(wall.N, wall.T1, wall.T2, h), std::min(h[1], h[2]), std::min(widest, h.maxCoeff())};
   bool plain = true;
   const auto add = [&](const std::optional<Bounded>& other) {
     if (!other || other->least >= out.widest) return;

@@ -180,16 +180,28 @@ bool Operators<D>::split(const Edge& e, const Rules& rules) {
   Vertex p;
   p.pieces = cavity_.edge_pieces();
   p.x = mesh_.shape->project(p.pieces, a.x + t * d);
-  if (!(rules.align && place_on_level(p))) evaluate(p);
   // A far too long edge may pin bad cells that only its split frees, at first at the price of quality and of
   // short edges, which the next sweeps mend.
   constexpr double kFarTooLong = 2.0;
   const bool far_too_long = e.length > kFarTooLong;
   const double shortest = far_too_long ? 0.4 * rules.shortest_new : rules.shortest_new;
+  list_vertices(neighbors_);
+  // The metrics of the ends tell most of the short edges that would come about, without the price of a new
+  // one.
+  constexpr double kSurely = 0.8;
+  const auto surely_too_short = [&](Index w) {
+    const Vec<D> way = mesh_.vertices[w].x - p.x;
+    const double here = 0.5 * (a.metric.length(way) + b.metric.length(way));
+    return edge_length(here, mesh_.vertices[w].metric.length(way)) < kSurely * shortest;
+  };
+  if (D == 3 && !rules.align && std::any_of(neighbors_.begin(), neighbors_.end(), surely_too_short)) {
+    ++stats.rejected_length;
+    return false;
+  }
+  if (!(rules.align && place_on_level(p))) evaluate(p);
   const auto too_short = [&](Index w) {
     return edge_length<D>(p.x, p.metric, mesh_.vertices[w].x, mesh_.vertices[w].metric) < shortest;
   };
-  list_vertices(neighbors_);
   if (std::any_of(neighbors_.begin(), neighbors_.end(), too_short)) {
     ++stats.rejected_length;
     return false;

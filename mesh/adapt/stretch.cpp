@@ -52,6 +52,7 @@ bool Operators<D>::stretch(Index a, Index other, double wanted, const Rules& rul
     Vertex p = old;
     slide(p, fraction * (wanted / mesh_.length(a, other) - 1.0) * along);
     if (old.level == kNoLevel) {
+      if (!(length_excess(a, p) < before)) continue;  // in the metric of the old place
       evaluate(p);
     } else if (!place_on_level(p)) {
       continue;
