@@ -174,8 +174,8 @@ double WallMetric::corner_size(double hn, double phi) const {
 
 // sqrt(2 R h + h^2) [eq. 29]. R is the radius of the wall plus, where level surfaces widen away from it, the
 // distance to it: at a sharp edge (R = 0) this bounds the number of elements of the fan at every height.
-// Inside, where sizes grow fast behind a chord, it strays by h / 2 only: where it strays by h, no lattice of
-// unit edges has cells better than .81 to .86 [apps/README.md].
+// Inside, where sizes grow fast behind a chord, it strays by .65 h only: where it strays by h, no lattice of
+// unit edges has cells better than .81 to .86 [apps/README.md]; by less, sizes grow faster through the wall.
 // `graded` stands for the curvature of the wall where that falls too fast.
 double WallMetric::tangential_size(double curvature, double graded, double hn, double phi,
                                    double largest) const {
@@ -192,7 +192,7 @@ double WallMetric::tangential_size(double curvature, double graded, double hn, d
 // How far a chord may stray from a curved wall.
 double WallMetric::chord_stray(double hn, double phi) const {
   if (sizes_.chord == Chord::kWall) return layer_.h_min;
-  constexpr double kStrayInside = 0.5;  // reached at the depth of the first level
+  constexpr double kStrayInside = 0.65;  // reached at the depth of the first level
   const double first = std::clamp(-phi / layer_.h_min, 0.0, 1.0);
   return hn * (1.0 - first * (1.0 - kStrayInside));
 }

@@ -163,16 +163,16 @@ TEST(WallMetric, TangentialSizeOnASphere) {
   EXPECT_NEAR(s.metric.size_along(Vec3::UnitX()), 1e-3, 1e-15);
 }
 
-// The stray of a chord goes from the whole normal size at the wall to half of it at the first level.
-TEST(WallMetric, ChordsInsideASphereStrayByHalfOfTheNormalSize) {
+// The stray of a chord goes from the whole normal size at the wall to .65 of it at the first level.
+TEST(WallMetric, ChordsInsideASphereStrayByLessThanTheNormalSize) {
   const Sphere wall(0.3);
   const WallMetric m(wall, layer(), sizes());
   const auto chord = [](double stray) { return std::sqrt(2 * 0.3 * stray + stray * stray); };
   const auto size = [&](double depth) { return m.sample(Vec3(0.3 - depth, 0, 0)).ht1; };
   EXPECT_NEAR(size(0.0), chord(1e-3), 1e-12);
-  EXPECT_NEAR(size(0.5e-3), chord(0.75e-3), 1e-12);
-  EXPECT_NEAR(size(1.5e-3), chord(0.6e-3), 1e-12);
-  EXPECT_NEAR(size(3e-3), chord(0.72e-3), 1e-12);
+  EXPECT_NEAR(size(0.5e-3), chord(0.825e-3), 1e-12);
+  EXPECT_NEAR(size(1.5e-3), chord(0.78e-3), 1e-12);
+  EXPECT_NEAR(size(3e-3), chord(0.936e-3), 1e-12);
 }
 
 TEST(WallMetric, ConcaveCornerObeysBothWallsAndIsContinuous) {
