@@ -240,7 +240,7 @@ class Oracle(Case):
             cells = mesh.cells_dict["tetra"]
             pairs = mesh.points[oracle.edges_of(cells)]
             middle = pairs.mean(axis=1)
-            inside = (np.abs(middle - (0.95, 0, 0)) < (0.2, 0.15, 0.15)).all(axis=1)
+            inside = (np.abs(middle - (0.9, 0, 0)) < 0.15).all(axis=1)
             edges.append(np.linalg.norm(pairs[:, 1] - pairs[:, 0], axis=1)[inside])
         self.assertGreater(len(edges[1]), 3 * len(edges[0]))
         self.assertGreater((edges[1] < 0.07 * np.sqrt(2)).mean(), 0.9)
