@@ -16,6 +16,7 @@
 #include "apps/pipeline/wall_judge.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/memory.h"
 #include "core/parallel.h"
 #include "core/planar.h"
 #include "core/words.h"
@@ -482,6 +483,7 @@ void make_mesh(const Run& run) {
   options.resume = run.snapshot;
   options.after_step = run.after_step;
   report.adapt = adapt<D>(mesh, Homotopy<D>(run.metric), vertex_metric, options, &stages);
+  release_freed_memory();
   stages.done(fmt::format("{} cells, {} points", mesh.cells.size(), mesh.points.size()));
 
   stages.stage("check");
